@@ -30,6 +30,8 @@ _WIDER = 0.02
 """Share of its diagonal by which a member's box is wider than what was looked at."""
 _NEAR = 12
 """Points of borders whose edges are asked which is nearest: long ones have their points far apart."""
+_ON = 1e-9
+"""Share of the solid's size within which a point is on a surface: what was put there is found there again."""
 _CLOSE = 2e-3
 """Share of an edge's length by which outlines of chords are off the edge at most: who is so near is within the face."""
 
@@ -131,7 +133,11 @@ class PatchSurface:
             for k, at in _groups(member[asked]):
                 rows = asked[at]
                 feet, off = self._feet(k, points[rows])
-                own = _inside(feet, self.outlines[k]) & (off < best[rows])
+                better = off < best[rows]
+                inside = _inside(feet, self.outlines[k])
+                beside = np.flatnonzero(better & ~inside & (off <= _ON * self.solid.size))
+                inside[beside] = self._is_close(k, points[rows[beside]])
+                own = inside & better
                 uv[rows[own], :2], uv[rows[own], 2], best[rows[own]] = feet[own], k, off[own]
         # A wall on the other side is nearer to nothing than a border that is passed by a little.
         outside = np.flatnonzero(best > self._border[0].query(points)[0])
@@ -142,6 +148,14 @@ class PatchSurface:
     def _feet(self, k: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         feet = self.surfaces[k].project(points)
         return feet, np.linalg.norm(self.surfaces[k].evaluate(feet) - points, axis=1)
+
+    def _is_close(self, k: int, points: FloatArray) -> BoolArray:
+        """Whether points (m, 3) are as close to the border of a member as the chords of its outline are off it."""
+        close = np.zeros(len(points), dtype=bool)
+        for e in self.solid.faces[self.members[k]].edges if len(points) else ():
+            edge = self.solid.edges[e]
+            close |= edge.curve.distance(points) <= _CLOSE * edge.length
+        return close
 
     def _on_border(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Parameters (m, 3) and distances (m,) of what is nearest on the borders, or in a gap between two outlines."""

@@ -121,6 +121,7 @@ class Entities:
         """Segments (s, 2) along every edge of the model, and what brings points onto it; None where it is straight.
 
         Where a cut ends on a face of the model there is no edge: the nodes are on the face, and may have moved on it.
+        Where a face meets itself there is one: of faces that blends join.
         """
         faces: dict[int, set[object]] = {}
         for place in self.faces:
@@ -134,7 +135,7 @@ class Entities:
                 None if self.edges[key].kind == "line" else onto_curve(self.part, self.edges[key].curve),
             )
             for key, chain in self.chains.items()
-            if len(faces.get(key, ())) > 1
+            if len(faces.get(key, ())) > 1 or len(set(self.edges[key].faces)) == 1
         ]
 
     def on_surfaces(self) -> list[tuple[IntArray, Projection | None]]:

@@ -64,6 +64,8 @@ class Wishes:
         What edges may have at most, where nothing else makes them finer.
     least_counts : mapping of edge key to int
         Segments that edges should have at least.
+    needed_counts : mapping of edge key to int
+        Segments that edges have at least.
     demands : sequence of KeyDemand
     alike : sequence of (int, int, bool)
         Edges with as many segments as each other, by key, and whether they run alike.
@@ -77,6 +79,7 @@ class Wishes:
     edge_sizes: Mapping[int, float] = field(default_factory=dict)
     most_sizes: Mapping[int, float] = field(default_factory=dict)
     least_counts: Mapping[int, int] = field(default_factory=dict)
+    needed_counts: Mapping[int, int] = field(default_factory=dict)
     demands: Sequence[KeyDemand] = ()
     alike: Sequence[tuple[int, int, bool]] = ()
     splits: Sequence[Split] = ()

@@ -48,7 +48,7 @@ class Equations:
     ) -> None:
         self.least = wishes.least_counts
         self.firm = firm
-        self.most_least: dict[int, int] = {}
+        self.most_least = dict(wishes.needed_counts)
         self.classes = DisjointSets(wanted)
         for a, b, _ in wishes.alike:
             self.classes.merge(a, b)

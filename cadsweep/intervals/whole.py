@@ -206,8 +206,9 @@ def _wanted(
             if key in wishes.edge_sizes:
                 wanted[key] = max(1.0, edge.length / wishes.edge_sizes[key])
                 firm.add(key)
-            if key in wishes.least_counts:
-                wanted[key] = max(wanted[key], float(wishes.least_counts[key]))
+            least = max(wishes.least_counts.get(key, 0), wishes.needed_counts.get(key, 0))
+            if least:
+                wanted[key] = max(wanted[key], float(least))
                 firm.add(key)
     for demand in wishes.demands:
         total = sum(wanted[key] for key in demand.keys)

@@ -39,8 +39,12 @@ from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
 from .candidates import SMOOTH_BELOW
 from .complexes.several import finish
+from .nearness.measured import quads_off
+from .nearness.nearer import missed_tolerance
 from .origin import AnyMesh, CellsOrigin, worst_of
 from .run import Run, Tries
+from .wishes.design_words import faces_asked, on_design, speaks_of_entities
+from .wishes.local_sizes import growing_from, no_larger_than
 
 log = logging.getLogger(__name__)
 
@@ -51,25 +55,29 @@ _GUARD = 0.25
 _GOAL = 0.2
 """Worst scaled Jacobian at which untangling ends: smoothing goes on from there."""
 
-_OF_ENTITIES = (
-    *("source", "target", "rail_layers", "wall_layers", "periodic"),
-    *("sizes", "counts", "biases", "local_sizes"),
-)
-"""Options that speak of faces and edges of the model, which the design need not have."""
+_ROUNDS = 2
+"""Times that a mesh is made finer so as to be near enough to the model."""
+_NEARER = 0.8
+"""Share of the lengths at which the quads would just be as near."""
 _NOTE = (
     "meshed by its design, without {} faces of blends, and laid on them then; no lines of the mesh follow their "
     "borders, they have the quads with middles on them"
 )
 
 
+_SPOKEN = "what is asked of faces and edges holds on the design, whose edges go on to where those of its blends meet"
+
+
 def has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:
-    """Whether a solid has blends, and nothing is asked for that speaks of faces and edges as they are.
+    """Whether a solid has blends, and nothing is asked of rails, which a design may have others of.
+
+    What is asked of faces and edges is kept to the letter by a mesh of the model itself, where there is one.
 
     Of a fair sweep only those between a cap and its sides leave a hexahedron two quads that meet smoothly: in the
     middle of a cap they are the bends of a sheet, between sides they round its outline. A poor one may be quite another
     without them.
     """
-    if any(getattr(options, name) is not None for name in _OF_ENTITIES):
+    if options.rail_layers is not None or (best is not None and speaks_of_entities(options)):
         return False
     around = [{*blend.faces, *chain.from_iterable(blend.supports)} for blend in find_blends(part.solids[0])]
     if best is None or best.info["way"] != "sweep" or worst_of(best) < SMOOTH_BELOW:
@@ -92,9 +100,10 @@ def mesh_design(
         No design can be meshed, or its mesh not be carried.
     """
     (solid,) = part.solids
-    blends = find_blends(solid)
+    asked = faces_asked(part, options)
+    blends = [blend for blend in find_blends(solid) if _may_go(blend, asked)]
     views = Tries(run).of(_views(solid, blends, options.size))
-    return _best_of((partial(_mesh_without, part, view, options, run, mesh_it) for view in views), run)
+    return _best_of((partial(_mesh_near, part, view, options, run, mesh_it) for view in views), run)
 
 
 def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
@@ -127,6 +136,11 @@ def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
     return best
 
 
+def _may_go(blend: Blend, asked: frozenset[int]) -> bool:
+    """Whether a blend is none of the faces that are asked for, or lies between such as are."""
+    return asked.isdisjoint(blend.faces) or all(not asked.isdisjoint(side) for side in blend.supports)
+
+
 def _views(solid: Solid, blends: list[Blend], size: float | None) -> Iterator[list[Blend]]:
     """Which blends are left out: at first not those that may be a piece of an outline, then all.
 
@@ -144,6 +158,33 @@ def _views(solid: Solid, blends: list[Blend], size: float | None) -> Iterator[li
     yield blends
 
 
+def _mesh_near(
+    part: Part,
+    blends: list[Blend],
+    options: SweepOptions,
+    run: Run,
+    mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
+) -> HexMesh:
+    """As :func:`_mesh_without`, finer where it is farther off the blends than asked, or the nearest of a few."""
+    mesh = best = _mesh_without(part, blends, options, run, mesh_it)
+    for _ in range(_ROUNDS):
+        if options.tolerance is None or best.info["distance"] <= options.tolerance or run.is_over():
+            break
+        places, needed = quads_off(mesh.origin.part, mesh.origin.joined, options.tolerance / part.scale)
+        options = no_larger_than(growing_from(places, _NEARER * needed), part, options)
+        try:
+            mesh = _mesh_without(part, blends, options, run, mesh_it)
+        except CadSweepError as error:
+            log.info("a nearer mesh of a design was given up: %s", error)
+            break
+        best = min(best, mesh, key=lambda own: float(own.info["distance"]))
+    off = best.info["distance"]
+    if options.tolerance is None or off <= options.tolerance:
+        return best
+    missed = missed_tolerance(off, options, "no lines of the mesh follow the borders of blends")
+    return replace(best, info={**best.info, "notes": [*best.info["notes"], missed]})
+
+
 def _mesh_without(
     part: Part,
     blends: list[Blend],
@@ -159,12 +200,14 @@ def _mesh_without(
     (solid,), patch_of = part.solids, find_patches(part.solids[0], blends, design.gone, design.model_faces)
     own = np.array([faces[0] for faces in design.model_faces], dtype=np.int64)
     check_edges(solid, design.gone, patch_of, design.part.solids[0], own)
-    made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
+    own_part, own_options = on_design(part, design, replace(options, order=1, refine=0))
+    made = mesh_it(own_part, own_options, replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
     assert isinstance(made.origin, CellsOrigin), "one solid"
     plain = _on_design(solid, made.origin.entities)
-    sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) else None
+    sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) and not _is_layered(options) else None
     roles, notes = _roles_of(made.origin), [_NOTE.format(len(design.gone)), *design.left]
+    notes += [_SPOKEN] if speaks_of_entities(options) else []
 
     def lay(laid: DesignMesh) -> HexMesh:
         mesh = _laid_on_model(part, design, patch_of, laid, roles, notes, made.info["sweeps"], options, run)
@@ -173,8 +216,6 @@ def _mesh_without(
         return mesh
 
     best = _best_of((partial(lay, laid) for laid in (sheeted, plain) if laid is not None), run)
-    if options.tolerance is not None and best.info["distance"] > options.tolerance:
-        raise NotSweepableError(f"the mesh of the design is {best.info['distance']:.3g} off the model's faces")
     return replace(best, info={**best.info, "way": made.info["way"]})
 
 
@@ -220,6 +261,11 @@ def _laid_on_model(  # noqa: PLR0917
         mesh = finished(untangled)
     assert isinstance(mesh, HexMesh), "it has no factors"
     return mesh
+
+
+def _is_layered(options: SweepOptions) -> bool:
+    """Whether hexahedra at the boundary are as they were asked for."""
+    return options.wall_layers is not None or options.periodic is not None
 
 
 class _Carrying(NamedTuple):

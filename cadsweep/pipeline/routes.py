@@ -343,7 +343,11 @@ def _said(mesh: AnyMesh, row: str) -> AnyMesh:
 def _postpones(part: Part, options: SweepOptions, n_hexes: int) -> bool:
     """Whether the design of a part is tried before a poor sweep of it is smoothed, which takes longer for so many."""
     many = _MOST_SMOOTHED < n_hexes <= _MOST_CARRIED
-    return many and rows.is_on(DESIGN) and _has_design(part, options)
+    if not many or not rows.is_on(DESIGN):
+        return False
+    from .wishes.design_words import speaks_of_entities
+
+    return not speaks_of_entities(options) and _has_design(part, options)
 
 
 def _has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:

@@ -41,12 +41,16 @@ def _add_cut_off(surface: Surface, begin: FloatArray, end: FloatArray, sags: Flo
     """Raise the distances (m,) of chords, from (m, 3) to (m, 3), where they cut more off than their middles say."""
     turning = np.flatnonzero(sags > _TURNS * np.linalg.norm(end - begin, axis=1))
     if len(turning):
-        sags[turning] = np.maximum(sags[turning], _cut_off(surface, begin[turning], end[turning]))
+        one, other = surface.project(begin[turning]), surface.project(end[turning])
+        # Of faces that are one surface together nothing lies between the parameters of two of them.
+        same = (one[:, 2:] == other[:, 2:]).all(axis=1)
+        turning, one, other = turning[same], one[same], other[same]
+    if len(turning):
+        sags[turning] = np.maximum(sags[turning], _cut_off(surface, begin[turning], end[turning], one, other))
 
 
-def _cut_off(surface: Surface, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Greatest distance (m,) from chords of what lies between their ends in the parameters of the face."""
-    one, other = surface.project(begin), surface.project(end)
+def _cut_off(surface: Surface, begin: FloatArray, end: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
+    """Greatest distance (m,) from chords of what lies between their ends in the parameters `one` and `other`."""
     for axis, period in enumerate(surface.periods):
         if period is not None:
             other[:, axis] -= period * np.round((other[:, axis] - one[:, axis]) / period)

@@ -54,6 +54,25 @@ def test_points_of_a_patch_are_their_own_nearest_ones_and_outside_the_border_is(
     np.testing.assert_allclose(surface.distance(above) * scale, [2.0])
 
 
+def test_a_place_on_a_patch_is_found_again_also_at_the_bent_border_of_two_blends():
+    shape = cq.Workplane().polyline([(8, 8), (38, 8), (8, 38)]).close().extrude(4, both=True)
+    shape = shape.union(cq.Workplane().box(8, 100, 50, centered=(False, True, True)))
+    inner = [
+        e for e in shape.edges().vals() if abs(e.Center().x - 8) < 1e-6 and abs(e.Center().z) < 5 and e.Length() < 40
+    ]
+    solid = cs.load(cq.Workplane(shape.val().fillet(3, inner))).solids[0]
+    blends = find_blends(solid)
+    patch_of = find_patches(solid, blends, {f for blend in blends for f in blend.faces})
+    members = np.flatnonzero(patch_of == np.argmax(np.bincount(patch_of)))
+    surface = PatchSurface(solid, members.tolist())
+    at = np.linspace(0.0, 1.0, 101)
+    rng = np.random.default_rng(0)
+    for e in {e for f in members for e in solid.faces[f].edges if set(solid.edges[e].faces) <= set(members)}:
+        near = solid.edges[e].curve.evaluate(at) + 1e-3 * solid.size * rng.normal(size=(101, 3))
+        placed = surface.evaluate(surface.project(near))
+        assert surface.distance(placed).max() < 1e-9 * solid.size
+
+
 def test_a_run_goes_on_where_a_blend_ends_and_its_fractions_are_of_its_length():
     solid, patch_of = rounded_bar()
     top = next(face.id for face in solid.faces if face.normal[2] > 0.9)

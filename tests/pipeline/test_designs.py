@@ -119,9 +119,67 @@ def test_a_sheet_under_a_smooth_skin_keeps_its_hexahedra_from_being_flat_however
     assert SHEET in curved.info["rows"]
 
 
-def test_wishes_about_faces_of_the_model_are_not_left_to_its_design():
+def test_wishes_about_faces_are_left_to_the_design_where_the_model_has_no_mesh_of_its_own():
     mesh = cs.sweep_mesh(bracket(), size=1.0, sizes={"<Z": 0.8})
     assert DESIGN not in mesh.info["rows"]
+
+
+def ribbed():
+    """A cast angle with a rib, its inner edges rounded by 3: no sweep, no columns, no cuts."""
+    shape = cq.Workplane().polyline([(0, 0), (60, 0), (60, 8), (8, 8), (8, 50), (0, 50)]).close().extrude(25, both=True)
+    rib = cq.Workplane().polyline([(8, 8), (38, 8), (8, 38)]).close().extrude(4, both=True)
+    shape = shape.union(rib)
+    near = [e for e in shape.edges("%LINE").vals() if 8 < max(e.Center().x, e.Center().y) < 40]
+    inside = [e for e in near if min(e.Center().x, e.Center().y) < 8 + 1e-6 and abs(e.Center().z) < 24]
+    shape = cq.Workplane(shape.val().fillet(3, inside))
+    return shape.faces("<Y").workplane(centerOption="CenterOfMass").pushPoints([(-16, -14), (-16, 14)]).hole(9)
+
+
+def on_plane(mesh, axis, value):
+    """Segments of the mesh's boundary in a plane, and their lengths."""
+    quads = np.concatenate([own for own in mesh.boundaries.values() if len(own)])
+    own = quads[(abs(mesh.points[quads][:, :, axis] - value) < 1e-6).all(axis=1)]
+    ends = np.stack([own, np.roll(own, -1, axis=1)], axis=2).reshape(-1, 2)
+    return own, np.linalg.norm(np.subtract(*mesh.points[ends.T]), axis=1)
+
+
+def test_what_is_asked_of_faces_and_edges_of_the_model_holds_on_its_design():
+    model = ribbed()
+    plain = cs.sweep_mesh(model, size=4.0)
+    assert DESIGN in plain.info["rows"]
+    fine = cs.sweep_mesh(model, size=4.0, sizes={"<Z": 1.5})
+    assert np.median(on_plane(fine, 2, -25.0)[1]) < 2.0 < np.median(on_plane(plain, 2, -25.0)[1])
+    counted = cs.sweep_mesh(model, size=4.0, counts={"edges:|Z and >X and <Y": 17})
+    edge = (abs(counted.points[:, 0] - 60) < 1e-6) & (abs(counted.points[:, 1]) < 1e-6)
+    assert np.count_nonzero(edge) == 18
+    near = cs.sweep_mesh(model, size=4.0, local_sizes=[{"at": (60, 0, -25), "radius": 3, "size": 0.8}])
+    assert near.n_hexes > plain.n_hexes
+    layered = cs.sweep_mesh(model, size=4.0, wall_layers={"<Y": {"first": 0.2, "growth": 1.3, "n": 3}})
+    bottom = np.unique(on_plane(layered, 1, 0.0)[0])
+    around = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
+    ends = np.unique(np.sort(layered.hexes[:, around].reshape(-1, 2), axis=1), axis=0)
+    leaving = ends[np.isin(ends, bottom).sum(axis=1) == 1]
+    assert np.median(np.linalg.norm(np.subtract(*layered.points[leaving.T]), axis=1)) == pytest.approx(0.2, rel=0.05)
+    for mesh in (fine, counted, near, layered):
+        assert DESIGN in mesh.info["rows"]
+        assert mesh.info["quality"].valid
+
+
+def test_sharp_edges_within_a_patch_stay_sharp_where_a_mesh_is_refined():
+    mesh = cs.sweep_mesh(ribbed(), size=4.0)
+    fine = cs.refine(mesh)
+    assert fine.info["quality"].valid
+    # The rim of the rib's slope, from the one foot's rounding to the other's.
+    rim = abs(fine.points[:, :2].sum(axis=1) - 46) + abs(abs(fine.points[:, 2]) - 4) < 1e-6
+    coarse = abs(mesh.points[:, :2].sum(axis=1) - 46) + abs(abs(mesh.points[:, 2]) - 4) < 1e-6
+    assert np.count_nonzero(rim) >= 2 * np.count_nonzero(coarse) - 2 > 4
+
+
+def test_a_tolerance_is_kept_on_blends_by_finer_quads_or_a_note_says_by_how_much_it_is_missed():
+    mesh = cs.sweep_mesh(lever(), size=2.0, tolerance=0.04)
+    missed = [note for note in mesh.info["notes"] if "off its faces" in note]
+    assert DESIGN in mesh.info["rows"]
+    assert mesh.info["distance"] <= 0.04 or missed
 
 
 def test_a_mesh_that_others_are_to_have_follows_the_borders_of_blends(tmp_path):

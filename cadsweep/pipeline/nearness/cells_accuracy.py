@@ -116,7 +116,8 @@ def accurate_cells(  # noqa: PLR0917
                 sizes[key] = min(size, sizes.get(key, np.inf), wishes.edge_sizes.get(key, np.inf))
         elif not sizes:
             return None
-        finer_wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes})
+        needed = {**wishes.needed_counts, **_not_had(part, made[1], sizes, wishes)}
+        finer_wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}, needed_counts=needed)
         return Asks(finer_wishes, least_of(before, inside), divisions)
 
     def judged(made: Meshed) -> Judged[Meshed]:
@@ -219,6 +220,19 @@ def _blamed(part: Part, joined: CellBlocks, found: Found, caps: Collection[tuple
             if own > 1.0:
                 factors[key] = max(factors.get(key, 1.0), own)
     return factors
+
+
+def _not_had(part: Part, counts: Sequence[Intervals], sizes: Collection[int], asked: Wishes) -> dict[int, int]:
+    """Segments, by key, that edges were asked to have and have not, as most that go with them want fewer."""
+    needed: dict[int, int] = {}
+    for solid, own in zip(part.solids, counts, strict=True):
+        for edge in solid.edges:
+            key = int(solid.edge_keys[edge.id])
+            if key in sizes and key in asked.edge_sizes:
+                n = ceil(edge.length / asked.edge_sizes[key])
+                if int(own.counts[edge.id]) < n:
+                    needed[key] = n
+    return needed
 
 
 def finer_sizes(part: Part, counts: Sequence[Intervals], factors: dict[int, float], asked: Wishes) -> dict[int, float]:

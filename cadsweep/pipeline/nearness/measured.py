@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...blocks.cells import CellBlocks
 from ...blocks.finish import by_face
 from ...blocks.joined import JoinedMesh, neighbours_of
@@ -169,6 +170,24 @@ def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], 
                 if place in found:
                     found[place] = max(found[place], off)
     return found
+
+
+def quads_off(part: Part, joined: JoinedMesh, limit: float) -> tuple[FloatArray, FloatArray]:
+    """Middles (n, 3) of the boundary's quads that are off their curved faces, and lengths (n,) at which they would not.
+
+    Chords are off as the squares of their lengths.
+    """
+    places, lengths = [np.zeros((0, 3))], [np.zeros(0)]
+    for (cell, face), quads in by_face(joined):
+        own = part.solids[cell].faces[face]
+        if own.kind != "plane":
+            corners = joined.points[quads[:, :4]]
+            sags = quad_sags(own.surface, corners)
+            off = sags > limit
+            longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
+            places.append(corners[off].mean(axis=1))
+            lengths.append(longest[off] * np.sqrt(limit / sags[off]))
+    return np.concatenate(places), np.concatenate(lengths)
 
 
 def edge_sag(part: Part, joined: JoinedMesh | CellBlocks, cell: int, edge: int) -> float:

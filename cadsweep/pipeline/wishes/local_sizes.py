@@ -29,6 +29,8 @@ GROWTH = 1.3
 """Length of a segment over that of its neighbour towards a place."""
 _SAMPLES = 400
 """Places along an edge among which the nearest one is looked for."""
+_ASKED = 8
+"""Places, the nearest ones, whose sizes are asked at a point."""
 _LEAST = 1e-4
 """Size, in sizes of the part, below which a function is taken to be wrong."""
 
@@ -98,6 +100,25 @@ class FoundSizes:
     def __call__(self, points: FloatArray) -> FloatArray:
         """Lengths (n,) in model units; infinite where no place asks for any."""
         return self.field((points - self.part.offset) / self.part.scale) * self.part.scale
+
+
+def no_larger_than(field: Field, part: Part, options: SweepOptions) -> SweepOptions:
+    """The options with local sizes, as a function, that are nowhere above those of a field."""
+    asked = size_field(part, options, np.inf)
+    least = field if asked is None else lambda points: np.minimum(asked(points), field(points))
+    return replace(options, local_sizes=FoundSizes(part=part, field=least))
+
+
+def growing_from(places: FloatArray, sizes: FloatArray) -> Field:
+    """Sizes (n,) at places (n, 3), and larger ones away from them."""
+    tree = scipy.spatial.cKDTree(places)
+    n = min(_ASKED, len(places))
+
+    def field(points: FloatArray) -> FloatArray:
+        away, which = (found.reshape(len(points), n) for found in tree.query(points, k=n))
+        return np.asarray((sizes[which] + (GROWTH - 1.0) * away).min(axis=1))
+
+    return field
 
 
 def for_all_solids(part: Part, options: SweepOptions) -> SweepOptions:
