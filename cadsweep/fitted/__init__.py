@@ -18,7 +18,7 @@ a part of the grid.
 """
 
 from .axes import choose_axes
-from .facets import Facets
+from .facets import Facets, sampled
 from .finding import Found, Labelled, farthest, find_on_grid, label_on_grid
 from .grid import Grid, choose_planes, keep_inside
 from .placing import place_on_model
@@ -43,5 +43,6 @@ __all__ = [
     "label_on_grid",
     "lay_sheets",
     "place_on_model",
+    "sampled",
     "unite",
 ]

@@ -45,7 +45,13 @@ class Grid(NamedTuple):
 
 
 def choose_planes(
-    solid: Solid, facets: Facets, axes: FloatArray, size: float, *, narrow: bool = False
+    solid: Solid,
+    facets: Facets,
+    axes: FloatArray,
+    size: float,
+    *,
+    narrow: bool = False,
+    finer: tuple[FloatArray, FloatArray] | None = None,
 ) -> list[FloatArray]:
     """Coordinates of the grid's planes along each of its axes, one more on either side of the part.
 
@@ -60,13 +66,19 @@ def choose_planes(
         Distance of two planes.
     narrow : bool
         Lay planes closer where the part is narrow along their axis.
+    finer : (k, 3) and (k,) float64, optional
+        Places, and how far apart planes may be there.
     """
     planes: list[FloatArray] = []
     for n, axis in enumerate(axes):
         own = facets.points @ axis
         low, high = float(own.min()), float(own.max())
         spans = narrow_spans(solid, facets, axes, n, size) if narrow else np.empty((0, 2))
-        steps = _Steps(low, high, spans, size)
+        steps = np.maximum(np.ptp(spans, axis=1) / _ACROSS, _FINEST * size)
+        if finer is not None:
+            spans = np.concatenate([spans, np.repeat(finer[0] @ axis, 2).reshape(-1, 2)])
+            steps = np.concatenate([steps, finer[1]])
+        apart_at = _Steps(low, high, spans, steps, size)
         flat = [
             (face.area, float(face.center @ axis))
             for face in solid.faces
@@ -82,28 +94,31 @@ def choose_planes(
                 wanted += [(float(own.min()), _CLOSEST[2]), (float(own.max()), _CLOSEST[2])]
         kept: list[float] = []
         for x, apart in wanted:
-            near = apart * steps.at(x)
+            near = apart * apart_at.at(x)
             if all(abs(x - other) > near for other in kept):
                 kept.append(x)
         kept.sort()
-        laid = [kept[0] - steps.at(kept[0])]
+        laid = [kept[0] - apart_at.at(kept[0])]
         for start, end in itertools.pairwise(kept):
-            laid += steps.between(start, end).tolist()
-        planes.append(np.array([*laid, kept[-1], kept[-1] + steps.at(kept[-1])]))
+            laid += apart_at.between(start, end).tolist()
+        planes.append(np.array([*laid, kept[-1], kept[-1] + apart_at.at(kept[-1])]))
     return planes
 
 
 class _Steps:
-    """Distance of planes along an axis: the size, less where the part is narrow, and growing slowly from there."""
+    """Distance of planes along an axis: the size, less in spans (s, 2) of less each, and growing slowly from there."""
 
-    def __init__(self, low: float, high: float, spans: FloatArray, size: float) -> None:
+    def __init__(self, low: float, high: float, spans: FloatArray, steps: FloatArray, size: float) -> None:
         n = max(1, int(np.ceil((high - low) / (_BIN * size))))
         self.ends = np.linspace(low, high, n + 1)
         width = (high - low) / n
         own = np.full(n, size)
         at = np.clip(((spans - low) / width).astype(np.int64), 0, n - 1)
-        for (first, last), length in zip(at, np.ptp(spans, axis=1), strict=True):
-            np.minimum(own[first : last + 1], max(length / _ACROSS, _FINEST * size), out=own[first : last + 1])
+        places, which = np.unique(at, axis=0, return_inverse=True)
+        least = np.full(len(places), size)
+        np.minimum.at(least, which.ravel(), steps)
+        for (first, last), step in zip(places, least, strict=True):
+            np.minimum(own[first : last + 1], step, out=own[first : last + 1])
         rise = _GROWTH * width * np.arange(n)
         for _ in range(2):
             own = (np.minimum.accumulate(own - rise) + rise)[::-1]

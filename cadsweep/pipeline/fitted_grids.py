@@ -48,6 +48,7 @@ from ..smoothing.untangle import guards_outside, untangle
 from .complexes.several import finish
 from .origin import made_of, worst_of
 from .run import Run, spent
+from .wishes.grid_sizes import sizes_at_places
 
 log = logging.getLogger(__name__)
 
@@ -81,9 +82,9 @@ _LARGEST = 120_000
 """Hexahedra beyond which no even grid is tried at all then."""
 _SENSELESS = (
     *("layers", "bias", "fractions", "source", "target", "rail_layers", "wall_layers", "periodic"),
-    *("sizes", "counts", "biases", "local_sizes"),
+    *("counts", "biases"),
 )
-"""Options that speak of what a fitted grid has not: layers, caps, faces that answer each other, edges with sizes."""
+"""Options that speak of what a fitted grid has not: layers, caps, faces that answer each other, edges with counts."""
 
 
 def asked_in_vain(options: SweepOptions) -> list[str]:
@@ -193,7 +194,8 @@ def _found(
         else:
             yield found
 
-    for waiting in _grids(model, _sizes(part, options, hurried=hurried), facets, axes, tell):
+    sizes = _sizes(part, options, hurried=hurried)
+    for waiting in _grids(model, sizes, facets, axes, tell, partial(sizes_at_places, part, facets, options)):
         if spent() - began > _TIME:
             break
         if hurried and len(waiting[2].hexes) > _MOST:
@@ -218,10 +220,18 @@ def _note(why: str) -> str:
     return f"filled by a fitted grid, good for stiffness and not for layers along walls, because {why}"
 
 
-def _grids(
-    model: Solid, sizes: Iterable[float], facets: Facets, axes: FloatArray, tell: Callable[[str, float], None]
+def _grids(  # noqa: PLR0917
+    model: Solid,
+    sizes: Iterable[float],
+    facets: Facets,
+    axes: FloatArray,
+    tell: Callable[[str, float], None],
+    finer: Callable[[float], tuple[FloatArray, FloatArray]],
 ) -> Iterator[tuple[float, United, Grid]]:
-    """Sizes, faces united for them, and grids, few hexahedra first: even ones, and closer where the part is narrow."""
+    """Sizes, faces united for them, and grids, few hexahedra first: even ones, and closer where the part is narrow.
+
+    `finer`: where less than a size is asked for, and how much.
+    """
     waiting: list[tuple[float, Grid]] = []
 
     def until(n_most: float) -> Iterator[tuple[float, United, Grid]]:
@@ -236,8 +246,9 @@ def _grids(
 
     for size in sizes:
         yield from until(model.volume / size**3)
-        even = choose_planes(model, facets, axes, size)
-        narrow = choose_planes(model, facets, axes, size, narrow=True)
+        asked = finer(size)
+        even = choose_planes(model, facets, axes, size, finer=asked)
+        narrow = choose_planes(model, facets, axes, size, narrow=True, finer=asked)
         closer = [narrow] if list(map(len, narrow)) != list(map(len, even)) else []
         for planes in (even, *closer):
             try:

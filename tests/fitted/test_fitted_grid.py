@@ -176,10 +176,35 @@ def test_what_is_swept_stays_so_and_says_it():
     assert cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0).record.way == "sweep"
 
 
-@pytest.mark.parametrize("asked", [{"layers": 3}, {"sizes": {"faces:>Z": 0.2}}, {"cuts": ["plane z=0"]}])
+@pytest.mark.parametrize("asked", [{"layers": 3}, {"counts": {"edges:>Z": 2}}, {"cuts": ["plane z=0"]}])
 def test_what_a_fitted_grid_has_not_is_refused_by_name(asked):
     with pytest.raises(InputError, match=next(iter(asked))):
         cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True, **asked)
+
+
+@pytest.mark.parametrize(
+    ("asked", "place"),
+    [
+        ({"sizes": {">Z": 1.5}}, (0, 0, 10)),
+        ({"sizes": {"edges:|Y and >X and >Z": 1.0}}, (20, 0, 10)),
+        ({"local_sizes": [{"at": (20, -15, 10), "radius": 3, "size": 1.0}]}, (20, -15, 10)),
+        ({"local_sizes": lambda points: 1.0 + 0.2 * abs(points[:, 0])}, (0, 0, 10)),
+    ],
+    ids=["face", "edge", "place", "function"],
+)
+def test_planes_of_a_grid_are_closer_where_sizes_are_asked_for(asked, place):
+    block = cq.Workplane().box(40, 30, 20).faces("<Y").workplane().hole(8)
+
+    def lengths(mesh):
+        """Of the quads' sides near the place."""
+        quads = np.concatenate(list(mesh.boundaries.values()))
+        ends = mesh.points[np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)]
+        near = np.linalg.norm(ends.mean(axis=1) - place, axis=1) < 4
+        return np.linalg.norm(ends[near, 1] - ends[near, 0], axis=1)
+
+    even, finer = (cs.sweep_mesh(block, fitted=True, size=4.0, **own) for own in ({}, asked))
+    assert finer.quality().valid
+    assert np.median(lengths(finer)) < 2.0 < np.median(lengths(even))
 
 
 def test_round_inner_edges_and_wide_corners_are_meshed():

@@ -10,7 +10,7 @@ leaving        what leaves a wall with layers; `cell_walls` says that to cells, 
 wall_heights   layers along walls kept as high through bends and tapers
 periodic       faces that answer each other; `periodic_walls` as walls of columns
 rails          layers of edges along a sweep
-design_words   what words about the model mean on its design
+design_words   what words about the model mean on its design; `grid_sizes` where planes of a fitted grid are closer
 cell_asks      all of it by key; `stack_hints`, `stack_sizes` what of it is on the plane of columns, and between levels
 ============== ===========================================================================================
 """
