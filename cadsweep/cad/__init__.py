@@ -34,6 +34,7 @@ __all__ = [
     "bridge_tips",
     "contains",
     "cut_along",
+    "cut_by_image",
     "cut_closed",
     "cut_ring",
     "design_of",
@@ -273,6 +274,15 @@ def find_facets(solid: "Solid") -> "list[tuple[FloatArray, IntArray]]":
     from .geometry.facets import find_facets as find
 
     return find(solid)
+
+
+def cut_by_image(
+    part: "Part", cell: int, of: "tuple[int, int]", matrix: "FloatArray", shift: "FloatArray"
+) -> "Part | None":
+    """Cut a cell along a face that is carried to it (:func:`cadsweep.cad.edit.images.cut_by_image`)."""
+    from .edit.images import cut_by_image as cut
+
+    return cut(part, cell, of, matrix, shift)
 
 
 def split_cell(part: "Part", cell: int, cutter: "Cutter", others: "Sequence[int]" = ()) -> "Parted | None":

@@ -28,6 +28,7 @@ from ..tips import AFTER, bridged, mesh_bridged_or_plain
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
+from .answering import answering
 from .apart import MeshOne, mesh_alone, mesh_separate
 from .complex import Complex
 from .complexes import find_plans, plan_again
@@ -275,6 +276,7 @@ def _mesh_planned(found: Complex, options: SweepOptions, run: Run, share: float)
         if cells is not found.part:
             planned = plan_again(found, cells, bridged(found.model, options))
             rows.took([AFTER])
+        planned = answering(planned, options, run)
         return mesh_complex(planned, options, run, resolve_wishes(planned.part, options, planned.model))
 
     if rows.is_on(AFTER) and any(cad.has_sharp_corners(solid) for solid in found.model.solids):

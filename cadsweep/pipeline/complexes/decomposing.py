@@ -30,6 +30,7 @@ from ..parts import load, only_solid
 from ..run import Run, Tries, silent
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.shared_hints import resolve_wishes
+from .answering import answering
 from .cells import expected_cells
 from .complex import Complex
 from .complexes import as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
@@ -212,7 +213,7 @@ def _best_of(
             found = next(solutions, None)
             if found is None:
                 break
-            found = with_caps_grown(found)
+            found = answering(with_caps_grown(found), options, run)
         wishes = resolve_wishes(found.part, options, found.model)
         try:
             with rows.share() as own, tries.one():
@@ -274,6 +275,7 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
             found = _cut_last(part, options, run)
         except NotSweepableError:
             raise refused from None
+    found = answering(replace(found, model=part), options, run)
     options = for_all_solids(part, options)
     return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options, part))
 

@@ -89,7 +89,7 @@ def no_motion(words: tuple[str, str]) -> InputError:
     )
 
 
-def _edges(part: Part, places: frozenset[Place]) -> dict[int, Edge]:
+def edges_of(part: Part, places: frozenset[Place]) -> dict[int, Edge]:
     """Edges of faces, by key."""
     return {
         int(part.solids[cell].edge_keys[e]): part.solids[cell].edges[e]
@@ -101,7 +101,7 @@ def _edges(part: Part, places: frozenset[Place]) -> dict[int, Edge]:
 def _rim(part: Part, places: frozenset[Place]) -> list[Edge]:
     """The edges that one of the faces alone has: the outline, whatever divides it inside."""
     seen = Counter(key for place in places for key in _outline(part, place))
-    return [edge for key, edge in _edges(part, places).items() if seen[key] == 1]
+    return [edge for key, edge in edges_of(part, places).items() if seen[key] == 1]
 
 
 def _lies_on(rim: Sequence[Edge], other: Sequence[Edge], motion: Motion, near: float) -> bool:
@@ -188,7 +188,7 @@ def partners_of(part: Part, matches: Sequence[Match]) -> list[Partners]:
     """
     found = []
     for match in matches:
-        one, other = (_edges(part, own) for own in match.places)
+        one, other = (edges_of(part, own) for own in match.places)
         edges, alone = edge_images(one, other, match.motion, nearness(part))
         if alone:
             raise _divided_differently(part, match, alone[0])
