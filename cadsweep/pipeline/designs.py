@@ -11,11 +11,11 @@ the mesh: a blend has the quads with middles on it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from ..blocks.interface_slides import InterfaceSlides
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..entity.entities import Entities
-from ..errors import CadSweepError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..errors import CadError, CadSweepError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..intervals.sizes import WANTED_HEXES
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -39,11 +39,12 @@ from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
 from .candidates import SMOOTH_BELOW
 from .complexes.several import finish
+from .finished.pairs import with_pairs
 from .nearness.measured import quads_off
 from .nearness.nearer import missed_tolerance
-from .origin import AnyMesh, CellsOrigin, worst_of
+from .origin import AnyMesh, CellsOrigin, FromDesign, made_of, worst_of
 from .run import Run, Tries
-from .wishes.design_words import faces_asked, on_design, speaks_of_entities
+from .wishes.design_words import faces_asked, on_design, speaks_of_entities, without_words
 from .wishes.local_sizes import growing_from, no_larger_than
 
 log = logging.getLogger(__name__)
@@ -104,6 +105,40 @@ def mesh_design(
     blends = [blend for blend in find_blends(solid) if _may_go(blend, asked)]
     views = Tries(run).of(_views(solid, blends, options.size))
     return _best_of((partial(_mesh_near, part, view, options, run, mesh_it) for view in views), run)
+
+
+class LikeDesign(Protocol):
+    """How another part was meshed by its design: without which blends, by number, and what its faces were in that."""
+
+    @property
+    def blends(self) -> Sequence[int]: ...
+    @property
+    def roles(self) -> dict[str, str]: ...
+    @property
+    def is_sheeted(self) -> bool: ...
+
+
+def design_like(
+    part: Part,
+    like: LikeDesign,
+    options: SweepOptions,
+    run: Run,
+    mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
+) -> HexMesh:
+    """Mesh a part by its design as another part was meshed.
+
+    Raises
+    ------
+    CadError
+        It has fewer blends.
+    CadSweepError
+        The design cannot be meshed so, or its mesh not be carried.
+    """
+    every = find_blends(part.solids[0])
+    if len(every) <= max(like.blends):
+        raise CadError(f"the parts do not correspond: '{part.name}' has {len(every)} blends, and the mesh's part more")
+    own = [every[number] for number in like.blends]
+    return _mesh_without(part, own, options, run, mesh_it, like)
 
 
 def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
@@ -185,14 +220,15 @@ def _mesh_near(
     return replace(best, info={**best.info, "notes": [*best.info["notes"], missed]})
 
 
-def _mesh_without(
+def _mesh_without(  # noqa: PLR0917
     part: Part,
     blends: list[Blend],
     options: SweepOptions,
     run: Run,
     mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
+    like: LikeDesign | None = None,
 ) -> HexMesh:
-    """Mesh the design without some blends, and carry it onto the model."""
+    """Mesh the design without some blends, and carry it onto the model, the better with a sheet and without."""
     with run.stage("design"):
         design = cad.design_of(part, blends)
     if design is None:
@@ -203,19 +239,25 @@ def _mesh_without(
     own_part, own_options = on_design(part, design, replace(options, order=1, refine=0))
     made = mesh_it(own_part, own_options, replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
+    made = without_words(made, design.part)
     assert isinstance(made.origin, CellsOrigin), "one solid"
     plain = _on_design(solid, made.origin.entities)
-    sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) and not _is_layered(options) else None
-    roles, notes = _roles_of(made.origin), [_NOTE.format(len(design.gone)), *design.left]
+    is_tried = rows.is_on(SHEET) and not _is_layered(options) if like is None else like.is_sheeted
+    sheeted = with_sheet(plain, patch_of, blends) if is_tried else None
+    numbers = tuple(number for number, blend in enumerate(find_blends(solid)) if blend in blends)
+    roles = _roles_of(made.origin) if like is None else like.roles
+    notes = [_NOTE.format(len(design.gone)), *design.left]
     notes += [_SPOKEN] if speaks_of_entities(options) else []
 
     def lay(laid: DesignMesh) -> HexMesh:
         mesh = _laid_on_model(part, design, patch_of, laid, roles, notes, made.info["sweeps"], options, run)
         if laid is sheeted:
             rows.took([SHEET])
-        return mesh
+        assert isinstance(mesh.origin, CellsOrigin), "one solid"
+        return replace(mesh, origin=replace(mesh.origin, design=FromDesign(made, numbers, roles, laid is sheeted)))
 
-    best = _best_of((partial(lay, laid) for laid in (sheeted, plain) if laid is not None), run)
+    ways = [laid for laid in (sheeted, plain) if laid is not None]
+    best = _best_of((partial(lay, laid) for laid in (ways if like is None else ways[:1])), run)
     return replace(best, info={**best.info, "way": made.info["way"]})
 
 
@@ -260,7 +302,7 @@ def _laid_on_model(  # noqa: PLR0917
             untangled = _untangled(carrying, edge_lengths(made.points, made.hexes), run)
         mesh = finished(untangled)
     assert isinstance(mesh, HexMesh), "it has no factors"
-    return mesh
+    return with_pairs(made_of(mesh, part))
 
 
 def _is_layered(options: SweepOptions) -> bool:
@@ -372,4 +414,4 @@ def _roles_of(origin: CellsOrigin) -> dict[str, str]:
     return {key: next(iter(kinds)) for key, kinds in found.items() if len(kinds) == 1}
 
 
-__all__ = ["has_design", "mesh_design"]
+__all__ = ["design_like", "has_design", "mesh_design"]

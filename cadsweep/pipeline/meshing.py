@@ -14,7 +14,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..progress import Progress
 from ..quality import QualityAccumulator, check_mesh
-from .routes import WITHOUT_BORDERS, mesh_in_blocks, mesh_in_memory
+from .routes import LEAVING_OUT, mesh_in_blocks, mesh_in_memory
 from .run import make_run
 
 
@@ -165,7 +165,7 @@ def write_factors(
     run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
     # Another part is to have this mesh.
-    mesh = mesh_in_memory(source, replace(chosen, without=(*chosen.without, *WITHOUT_BORDERS)), run)
+    mesh = mesh_in_memory(source, replace(chosen, without=(*chosen.without, *LEAVING_OUT)), run)
     with replaced_file(place) as stream:
         save_template(mesh, stream)
     return mesh

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
@@ -18,6 +19,19 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import CadReference
 from ..sweep import Sweep
+
+
+class FromDesign(NamedTuple):
+    """What a mesh was carried to its model from.
+
+    `mesh` is that of the design, `blends` the numbers of those that this has not, among all that the model has, `roles`
+    what faces of the design are in its mesh, by their keys.
+    """
+
+    mesh: HexMesh
+    blends: tuple[int, ...]
+    roles: dict[str, str]
+    is_sheeted: bool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,6 +54,8 @@ class CellsOrigin:
         Whether the model is as it was made ready for one sweep.
     sweep : Sweep or None
         That sweep, of a mesh that was not carried from another part.
+    design : FromDesign or None
+        Of a mesh that was carried from a design.
     """
 
     model: Part
@@ -50,6 +66,7 @@ class CellsOrigin:
     cells: CellBlocks | None = None
     is_swept: bool = False
     sweep: Sweep | None = None
+    design: FromDesign | None = None
 
     @cached_property
     def entities(self) -> Entities:
@@ -63,7 +80,7 @@ class CellsOrigin:
 
     def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
         """Of a mesh that was made of this one, and is no product of factors."""
-        return replace(self, joined=joined, cells=None)
+        return replace(self, joined=joined, cells=None, design=None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

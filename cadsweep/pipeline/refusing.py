@@ -148,8 +148,12 @@ def _nodes(face: Face, corners: FloatArray) -> FloatArray:
             uv[:, axis] -= period * np.round((uv[:, axis] - uv[0, axis]) / period)
     t = np.arange(MARGIN, FINENESS - MARGIN + 1) / FINENESS
     s, r = t[:, None, None], t[None, :, None]
-    between = (1 - s) * (1 - r) * uv[0] + (1 - s) * r * uv[1] + s * r * uv[2] + s * (1 - r) * uv[3]
-    return face.surface.evaluate(between.reshape(-1, 2))
+    # Between parameters of two faces that are one surface together lies nothing: there the places are interpolated.
+    alike = (uv[:, 2:] == uv[0, 2:]).all()
+    a, b, c, d = uv if alike else corners
+    between = (1 - s) * (1 - r) * a + (1 - s) * r * b + s * r * c + s * (1 - r) * d
+    between = between.reshape(-1, between.shape[-1])
+    return face.surface.evaluate(between if alike else face.surface.project(between))
 
 
 def _grid(n: int) -> IntArray:

@@ -58,6 +58,11 @@ def proposing(part: Part, options: SweepOptions, refused: NotSweepableError, mes
         return known.about(try_=helps)
     if refused.try_:
         return known
+    from .fitted_grids import asked_in_vain  # hardly any part comes here
+
+    kept = asked_in_vain(options) if options.fitted is not False else []
+    if kept:
+        return known.about(try_=f"leave {', '.join(kept)} out: a fitted grid, which has none, may fill the part then")
     if pointed:
         return known.about(try_="move one of the features there, so that they cross or keep apart")
     is_convex = max(edge.dihedral for edge in part.solids[0].edges) < pi + TANGENT

@@ -66,9 +66,8 @@ SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "col
 """The ways to a mesh of one solid by name."""
 INSTEAD = "fitted: instead of a poor mesh"
 """The row of fitted grids that are tried though another way made a mesh."""
-WITHOUT_BORDERS = (DESIGN, INSTEAD, AFTER)
-"""Rows by which a part has a mesh that leaves out edges, as borders of blends, where it might have another: what others
-are to have is made without them."""
+LEAVING_OUT = (INSTEAD, AFTER)
+"""Rows by which a part has a mesh that leaves out edges of it where it has another: others cannot have that."""
 
 _MENDABLE = (NotSweepableError, InvertedHexError, SurfaceMeshError)
 """Refusals of one way that leave others to be tried, or proposed."""

@@ -6,9 +6,9 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.blends.sheets import SHEET
-from cadsweep.errors import InputError, SurfaceMeshError
+from cadsweep.errors import CadError, SurfaceMeshError
 from cadsweep.options import SweepOptions
-from cadsweep.pipeline import designs, write_factors
+from cadsweep.pipeline import designs, expand, write_factors
 from cadsweep.pipeline.run import Run
 
 pytest.importorskip("gmsh")
@@ -182,14 +182,43 @@ def test_a_tolerance_is_kept_on_blends_by_finer_quads_or_a_note_says_by_how_much
     assert mesh.info["distance"] <= 0.04 or missed
 
 
-def test_a_mesh_that_others_are_to_have_follows_the_borders_of_blends(tmp_path):
+def wide_bracket(by=0.0):
+    """The bracket, its foot longer."""
+    shape = cq.Workplane().polyline([(0, 0), (20 + by, 0), (20 + by, 4), (4, 4), (4, 20), (0, 20)]).close().extrude(12)
+    shape = shape.edges("|Z").edges(cq.NearestToPointSelector((4, 4, 6))).fillet(3)
+    return shape.faces("<Y").workplane(centerOption="CenterOfMass").hole(4)
+
+
+def test_another_part_is_meshed_like_a_mesh_by_the_design(tmp_path):
     factors = tmp_path / "bracket.sweep.npz"
     made = write_factors(bracket(), factors, size=2.0)
-    assert DESIGN not in made.info["rows"]
-    assert cs.sweep_mesh(bracket(), like=factors).n_hexes == made.n_hexes
-    mesh = cs.sweep_mesh(bracket(), size=1.0)
-    with pytest.raises(InputError, match="way: design"):
-        cs.sweep_mesh(bracket(), like=mesh)
+    assert DESIGN in made.info["rows"]
+    np.testing.assert_array_equal(expand(factors).points, made.points)
+    for like in (made, factors):
+        other = cs.sweep_mesh(wide_bracket(2.0), like=like)
+        assert np.array_equal(other.hexes, made.hexes)
+        assert set(other.boundaries) == set(made.boundaries)
+        assert other.info["quality"].valid
+        assert np.ptp(other.points[:, 0]) == pytest.approx(22)
+        np.testing.assert_allclose(cs.sweep_mesh(wide_bracket(), like=like).points, made.points, atol=1e-6)
+    with pytest.raises(CadError, match="do not correspond"):
+        cs.sweep_mesh(cq.Workplane().box(20, 20, 12), like=made)
+
+
+def test_a_derivative_of_a_mesh_by_the_design_is_that_of_its_nodes():
+    found = cs.sensitivity(wide_bracket, {"by": 1.0}, wrt="by", size=2.0)
+    assert DESIGN in found.mesh.info["rows"]
+    end = found.mesh.points[:, 0] > 20.99
+    np.testing.assert_allclose(found.derivative[end, 0], 1.0, atol=1e-6)
+    np.testing.assert_allclose(found.derivative[found.mesh.points[:, 0] < 1e-9], 0.0, atol=1e-6)
+
+
+def test_faces_that_answer_each_other_do_so_on_the_model():
+    mesh = cs.sweep_mesh(ribbed(), size=4.0, periodic={"<Z": ">Z"})
+    (pairs,) = mesh.periodic.values()
+    assert DESIGN in mesh.info["rows"]
+    apart = mesh.points[pairs[:, 1]] - mesh.points[pairs[:, 0]]
+    np.testing.assert_allclose(apart, np.tile([0.0, 0.0, 50.0], (len(pairs), 1)), atol=1e-9)
 
 
 def test_a_design_that_cannot_be_carried_is_not_meshed(monkeypatch):

@@ -22,7 +22,7 @@ from ...arrays import FloatArray
 from ...errors import CadSweepError, InputError
 from ...mesh import HexMesh
 from ..meshing import sweep_mesh
-from ..routes import WITHOUT_BORDERS
+from ..routes import LEAVING_OUT
 from .template import make_template
 
 STEP = 0.01
@@ -126,7 +126,7 @@ def sensitivity(
         return sweep_mesh(source, params=wanted, **more)
 
     # Others are to be like this mesh.
-    mesh = build(value, **{**options, "without": [*(options.get("without") or ()), *WITHOUT_BORDERS]})
+    mesh = build(value, **{**options, "without": [*(options.get("without") or ()), *LEAVING_OUT]})
     template = make_template(mesh, "a derivative")
     kept = {
         name: options[name] for name in ("order", "nodes", "part", "touch", "cut_overlaps", "refine") if name in options

@@ -50,7 +50,7 @@ from ..tips import bridged
 from .graphs import FirstIds, first_ids, graph_of_part
 from .matching import Match, match_graphs
 from .refinement import refined
-from .template import AnyTemplate, GroupsTemplate, Template, make_template
+from .template import AnyTemplate, DesignTemplate, GroupsTemplate, Template, make_template
 from .template_files import load_template
 
 _UNMOVED = 1e-9
@@ -119,6 +119,8 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
     if isinstance(template, GroupsTemplate):
         return _groups_like(part, template, options, run)
     part = _meshed_solids(part, template.solids)
+    if isinstance(template, DesignTemplate):
+        return _design_like(part, template, options, run)
     n_solids = len(template.first_faces)
     if len(part.solids) != n_solids:
         raise CadError(
@@ -276,6 +278,33 @@ def _groups_like(part: Part, template: GroupsTemplate, options: SweepOptions, ru
         alone = subset(part, sorted(cell for name in names for cell in owners[name]))
         groups.append(make_group(alone, _part_like(alone, own, options, run)))
     return put_together(part, groups, replace(options, **template.solids), run)
+
+
+def _design_like(part: Part, template: DesignTemplate, options: SweepOptions, run: Run) -> HexMesh:
+    """A solid as its partner was meshed, by the design of that: what it is carried from is like that, too.
+
+    Raises
+    ------
+    CadError
+        Its design's mesh has other hexahedra on it.
+    """
+    from ..designs import design_like  # hardly any mesh was
+
+    def mesh_it(design: Part, asked: SweepOptions, run: Run) -> HexMesh:
+        return _part_like(design, template.design, asked, run)
+
+    (solid,) = part.solids
+    if len(solid.faces) != len(template.names):
+        raise CadError(
+            f"the parts do not correspond: the mesh's part has {len(template.names)} faces, and this has "
+            f"{len(solid.faces)}; the mesh is by a design, of which faces answer each other by their order"
+        )
+    faces = [replace(face, name=None, groups=names) for face, names in zip(solid.faces, template.names, strict=True)]
+    part = replace(part, solids=(replace(solid, faces=tuple(faces)),), names=template.labels)
+    mesh = design_like(part, template, options, run, mesh_it)
+    if not np.array_equal(mesh.hexes[:, :8], template.mesh.hexes[:, :8]):
+        raise CadError("the parts do not correspond: the meshes of their designs have sheets in different places")
+    return mesh
 
 
 def _boundary(template: Template, match: Match, part: Part) -> tuple[IntArray, FloatArray]:

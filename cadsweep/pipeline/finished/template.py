@@ -120,7 +120,40 @@ class GroupsTemplate:
     solids: dict[str, Any]
 
 
-AnyTemplate = Template | GroupsTemplate
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DesignTemplate:
+    """A mesh that was carried to its model from a design.
+
+    Attributes
+    ----------
+    design : AnyTemplate
+        The mesh of the design.
+    blends : tuple of int
+        Those that the design has not, by number.
+    roles : dict of str to str
+        What faces of the design are in its mesh, by their keys.
+    is_sheeted : bool
+    names : tuple of tuple of str
+        Of the model's faces.
+    labels : dict of str to str
+        Names to what the user calls them.
+    mesh : HexMesh
+        On the model, of order 1.
+    solids : dict of str to Any
+        What of the model is meshed, and how: ``only``, ``skip``, ``interfaces``.
+    """
+
+    design: AnyTemplate
+    blends: tuple[int, ...]
+    roles: dict[str, str]
+    is_sheeted: bool
+    names: tuple[tuple[str, ...], ...]
+    labels: dict[str, str]
+    mesh: HexMesh
+    solids: dict[str, Any]
+
+
+AnyTemplate = Template | GroupsTemplate | DesignTemplate
 
 
 def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
@@ -136,6 +169,17 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
         return GroupsTemplate(
             groups=tuple((group.solids, make_template(group.mesh, purpose)) for group in origin.groups),
             mesh=mesh,
+            solids=meshed_words(origin.options),
+        )
+    if origin.design is not None:
+        return DesignTemplate(
+            design=make_template(origin.design.mesh, purpose),
+            blends=origin.design.blends,
+            roles=origin.design.roles,
+            is_sheeted=origin.design.is_sheeted,
+            names=tuple(face.names for face in origin.model.solids[0].faces),
+            labels=origin.model.names,
+            mesh=replace(first_order(mesh, len(origin.joined.points)), origin=None),
             solids=meshed_words(origin.options),
         )
     model, names, joined = origin.model, origin.names, origin.joined

@@ -24,9 +24,10 @@ from ...mesh import HexMesh
 from ...projection.carried import MeshedFace
 from ...quality.conformity import row_keys
 from .graphs import Graph
-from .template import AnyTemplate, FactoredCells, GroupsTemplate, Template, make_template
+from .template import AnyTemplate, DesignTemplate, FactoredCells, GroupsTemplate, Template, make_template
 
-_CELLS, _GROUPS, _PAIRS = "cells_", "groups_", "pairs_"
+_CELLS, _GROUPS, _DESIGN, _PAIRS = "cells_", "groups_", "design_", "pairs_"
+_DESIGN_TEXT = ("blends", "roles", "is_sheeted", "names", "labels", "solids")
 _UV, _FACTORS, _SCALE = "uv_", "factors_", "scale"
 
 
@@ -51,13 +52,18 @@ def load_template(path: str | PathLike[str]) -> AnyTemplate:
 def load_mesh(path: str | PathLike[str]) -> HexMesh:
     """The mesh of a file; raises as :func:`load_template`."""
     with reading(path) as arrays:
-        own = _own(arrays, _CELLS) or _own(arrays, _GROUPS)
+        own = _own(arrays, _CELLS) or _own(arrays, _GROUPS) or _own(arrays, _DESIGN)
         return replace(_mesh_of_arrays(own), periodic=_own(arrays, _PAIRS))
 
 
 def _arrays(template: AnyTemplate) -> dict[str, Any]:
     if isinstance(template, Template):
         return {_CELLS + name: array for name, array in _template_arrays(template).items()}
+    if isinstance(template, DesignTemplate):
+        known = {name: getattr(template, name) for name in _DESIGN_TEXT}
+        every = {"design": np.array(json.dumps(known)), **_mesh_arrays(template.mesh)}
+        every |= {f"0_{name}": array for name, array in _arrays(template.design).items()}
+        return {_DESIGN + name: array for name, array in every.items()}
     text = {"groups": [names for names, _ in template.groups], "solids": template.solids}
     arrays: dict[str, Any] = {"groups": np.array(json.dumps(text)), **_mesh_arrays(template.mesh)}
     for number, (_, own) in enumerate(template.groups):
@@ -82,6 +88,14 @@ def _template(arrays: dict[str, Any], path: str) -> AnyTemplate:
             ),
             mesh=_mesh_of_arrays(groups),
             solids=text["solids"],
+        )
+    designs = _own(arrays, _DESIGN)
+    if designs:
+        known = json.loads(str(designs["design"]))
+        return DesignTemplate(
+            design=_template(_own(designs, "0_"), path),
+            mesh=_mesh_of_arrays(designs),
+            **{name: _tuples(known[name]) for name in _DESIGN_TEXT},
         )
     raise KeyError("no faces of a model")
 

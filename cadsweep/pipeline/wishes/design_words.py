@@ -19,8 +19,9 @@ import numpy as np
 
 from ... import cad
 from ...asked import LocalSize, edge_bias
-from ...brep import Part
+from ...brep import Part, Solid
 from ...errors import InputError, NotSweepableError
+from ...mesh import HexMesh
 from ...options import SweepOptions
 from .biases import SYMMETRIC
 from .local_sizes import for_all_solids, no_larger_than, size_field
@@ -80,6 +81,30 @@ def on_design(part: Part, design: cad.Design, options: SweepOptions) -> tuple[Pa
     )
     field = size_field(part, replace(options, local_sizes=around), np.inf) if around else None
     return words.tagged(), for_all_solids(part, found) if field is None else no_larger_than(field, part, found)
+
+
+def without_words(mesh: HexMesh, design: Part) -> HexMesh:
+    """The mesh of a design, its cells without the names that were given to what the user means."""
+    origin = mesh.origin
+    tags = set(origin.part.names) - set(design.names)
+    if not tags:
+        return mesh
+    known = dict[Solid, Solid]()
+
+    def kept(groups: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(name for name in groups if name not in tags)
+
+    def plain(part: Part) -> Part:
+        for solid in part.solids:
+            if solid not in known:
+                known[solid] = replace(
+                    solid,
+                    faces=tuple(replace(own, groups=kept(own.groups)) for own in solid.faces),
+                    edges=tuple(replace(own, groups=kept(own.groups)) for own in solid.edges),
+                )
+        return replace(part, solids=tuple(known[solid] for solid in part.solids), names=dict(design.names))
+
+    return replace(mesh, origin=replace(origin, model=plain(origin.model), part=plain(origin.part)))
 
 
 def _words_of_faces(options: SweepOptions) -> Iterator[str | int]:
@@ -181,4 +206,4 @@ class _Words:
         return min(near, key=lambda e: float(e.curve.distance(middle)[0])).id if near else None
 
 
-__all__ = ["faces_asked", "on_design", "speaks_of_entities"]
+__all__ = ["faces_asked", "on_design", "speaks_of_entities", "without_words"]
