@@ -120,6 +120,8 @@ def _crossing_faces(part: Part, named: NamedFaces, crossing: BoundaryCrossing) -
             continue
         for first, second in {crossing.names, crossing.names[::-1]}:
             one, other = _nearest(faces[first], places[0]), _nearest(faces[second], places[1])
+            if one is other and _is_folded(one, places):
+                continue
             nodes = np.concatenate([_nodes(one, places[0]), _nodes(other, places[1])])
             pairs, _ = find_crossings(nodes, np.concatenate([_FACETS, _FACETS + len(nodes) // 2]))
             if np.any((pairs[:, 0] < len(_FACETS)) & (pairs[:, 1] >= len(_FACETS))):
@@ -137,23 +139,38 @@ def _nearest(faces: list[Face], corners: FloatArray) -> Face:
     return min(faces, key=lambda face: float(np.max(face.surface.distance(corners))))
 
 
+def _is_folded(face: Face, pair: FloatArray) -> bool:
+    """Whether two quads (2, 4, 3) lie over each other on a face, which is the mesh's doing and not the face's."""
+    uv = _of_one_branch(face, pair.reshape(-1, 3))
+    if uv.shape[1] > 2:
+        return True  # of several faces that are one: there it is not told apart
+    one, other = uv[:4], uv[4:]
+    return bool(((one.min(axis=0) < other.max(axis=0)) & (other.min(axis=0) < one.max(axis=0))).all())
+
+
+def _of_one_branch(face: Face, points: FloatArray) -> FloatArray:
+    """Parameters of points on a face, all in the branch of the first."""
+    uv = np.array(face.surface.project(points))
+    for axis, period in enumerate(face.surface.periods):
+        if period is not None:
+            uv[:, axis] -= period * np.round((uv[:, axis] - uv[0, axis]) / period)
+    return uv
+
+
 def _nodes(face: Face, corners: FloatArray) -> FloatArray:
     """Nodes (n, 3) of the facets of the part of a face's surface between four points (4, 3) on it, but for its rim.
 
     Beside a curved edge of its face, facets reach beyond the face: those along the rim prove nothing.
     """
-    uv = np.array(face.surface.project(corners))
-    for axis, period in enumerate(face.surface.periods):
-        if period is not None:  # all in the branch of the first
-            uv[:, axis] -= period * np.round((uv[:, axis] - uv[0, axis]) / period)
+    uv = _of_one_branch(face, corners)
     t = np.arange(MARGIN, FINENESS - MARGIN + 1) / FINENESS
     s, r = t[:, None, None], t[None, :, None]
-    # Between parameters of two faces that are one surface together lies nothing: there the places are interpolated.
-    alike = (uv[:, 2:] == uv[0, 2:]).all()
-    a, b, c, d = uv if alike else corners
+    # Of faces that are one surface together parameters are of one face, and in a branch of it: places are interpolated.
+    is_one = uv.shape[1] == 2
+    a, b, c, d = uv if is_one else corners
     between = (1 - s) * (1 - r) * a + (1 - s) * r * b + s * r * c + s * (1 - r) * d
     between = between.reshape(-1, between.shape[-1])
-    return face.surface.evaluate(between if alike else face.surface.project(between))
+    return face.surface.evaluate(between if is_one else face.surface.project(between))
 
 
 def _grid(n: int) -> IntArray:

@@ -30,7 +30,8 @@ CLOSE = 1e-6
 """Part of the solid's size within which a node lies on an edge: cuts by OpenCASCADE leave 1e-7 of it."""
 
 _FOLLOWING = (
-    "make that mesh with without=['way: design', 'fitted: instead of a poor mesh', 'part: tips bridged after cuts']"
+    "carry a mesh by a sweep, columns or cells: where the part has one, that is made with "
+    "without=['fitted: instead of a poor mesh', 'part: tips bridged after cuts']"
 )
 """What a refusal says of edges that a mesh may have left out."""
 
