@@ -64,8 +64,6 @@ _NOTE = (
     "meshed by its design, without {} faces of blends, and laid on them then; no lines of the mesh follow their "
     "borders, they have the quads with middles on them"
 )
-
-
 _SPOKEN = "what is asked of faces and edges holds on the design, whose edges go on to where those of its blends meet"
 
 
@@ -206,6 +204,8 @@ def _mesh_near(
         if options.tolerance is None or best.info["distance"] <= options.tolerance or run.is_over():
             break
         places, needed = quads_off(mesh.origin.part, mesh.origin.joined, options.tolerance / part.scale)
+        if not len(places):
+            break  # it is edges that are off
         options = no_larger_than(growing_from(places, _NEARER * needed), part, options)
         try:
             mesh = _mesh_without(part, blends, options, run, mesh_it)

@@ -16,6 +16,7 @@ from ..recognition.outlines import ALIKE
 from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
+from .complexes.answering import CARRIED
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import INSTEAD, WAYS
@@ -45,6 +46,7 @@ def all_rows() -> tuple[str, ...]:
         ALIKE,
         *SEARCHES,
         *(f"cut: {name}" for name in FAMILIES),
+        CARRIED,
         *(filling.row for filling in FILLINGS),
         *(f"mend: {name}" for steps in STEPS.values() for name, _ in steps),
     )

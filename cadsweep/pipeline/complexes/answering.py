@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ... import cad
+from ... import cad, rows
 from ...brep import Part
 from ...decomposition.curved import find_cells
 from ...options import SweepOptions
@@ -25,6 +25,8 @@ from .complexes import as_complex, cutting_tools
 
 log = logging.getLogger(__name__)
 
+CARRIED = "cut: carried to periodic faces"
+"""The row of cuts that end on one of two matched faces, and are carried to the other."""
 _MOST = 12
 """Cuts that are carried over before a new plan is looked for."""
 _ROUNDS = 3
@@ -35,7 +37,7 @@ _LOOKED_AT = 20
 
 def answering(found: Complex, options: SweepOptions, run: Run) -> Complex:
     """A plan whose cells divide matched faces in the same places, where cuts that are carried over do that."""
-    for _ in range(_ROUNDS if options.periodic else 0):
+    for _ in range(_ROUNDS if options.periodic and rows.is_on(CARRIED) else 0):
         part = _answered(found.part, found.model, options)
         if part is found.part:
             break
@@ -43,19 +45,23 @@ def answering(found: Complex, options: SweepOptions, run: Run) -> Complex:
         if again.plan is None:
             log.info("cells with cuts carried over between periodic faces have no plan: %s", again.message)
             break
+        rows.took([CARRIED])
         found = replace(as_complex(again, replace(found.model, cuts=part.cuts)), model=found.model)
     return found
 
 
 def _answered(part: Part, model: Part, options: SweepOptions) -> Part:
     """The part after cuts that end on one of two matched faces were carried to the other."""
+    n = 0
     for _ in range(_MOST):
         carried = (_carried(part, model, options, gap) for gap in _alone(part, model, options))
         then = next((own for own in carried if own is not None), None)
         if then is None:
             break
         part = then
-    return part
+        n += 1
+    note = f"cuts carried from one periodic face to the other: {n}"
+    return replace(part, notes=(*part.notes, note)) if n else part
 
 
 _Gap = tuple[int, int, Motion, np.ndarray, list[Place]]
