@@ -179,7 +179,7 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
             is_sheeted=origin.design.is_sheeted,
             names=tuple(face.names for face in origin.model.solids[0].faces),
             labels=origin.model.names,
-            mesh=replace(first_order(mesh, len(origin.joined.points)), origin=None),
+            mesh=_plain(mesh, len(origin.joined.points)),
             solids=meshed_words(origin.options),
         )
     model, names, joined = origin.model, origin.names, origin.joined
@@ -213,10 +213,9 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
                 first += pieces if names.first[place] else []
             row += len(rows)
     ids, rows = np.concatenate(faces), np.concatenate(quads)
-    plain = first_order(mesh, len(joined.points))
     return Template(
         points=joined.points,
-        mesh=replace(plain, origin=None, info={k: v for k, v in mesh.info.items() if k != "quality"}),
+        mesh=_plain(mesh, len(joined.points)),
         graph=graph,
         hex_solids=np.array([solid_of[owner] for owner in origin.part.owners], dtype=np.int64)[joined.hex_cells],
         quads=rows,
@@ -235,6 +234,12 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
         is_swept=origin.is_swept,
         choice=(origin.options.source, origin.options.target),
     )
+
+
+def _plain(mesh: HexMesh, n_nodes: int) -> HexMesh:
+    """The mesh of order 1, so many nodes, without what it was made of."""
+    info = {name: value for name, value in mesh.info.items() if name != "quality"}
+    return replace(first_order(mesh, n_nodes), origin=None, info=info)
 
 
 def _as_meshed(entities: Entities, cell: int, own: Sequence[tuple[tuple[int, int], IntArray]]) -> OnModel:
