@@ -8,6 +8,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.errors import InputError, SurfaceMeshError
+from cadsweep.pipeline.complexes.answering import CARRIED
 
 pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
@@ -114,7 +115,9 @@ def test_cells_of_a_cut_part_answer_each_other():
     with pytest.raises(
         SurfaceMeshError, match=r"(?s)divides face \d+ 'low' .* of 'low' \(cell .*nothing divides 'high'.*cut"
     ):
-        cs.sweep_mesh(box(), size=2, cuts=["plane 1,0.2,0,-6"], periodic={"low": "high"})
+        cs.sweep_mesh(box(), size=2, cuts=["plane 1,0.2,0,-6"], periodic={"low": "high"}, without=[CARRIED])
+    slanted = cs.sweep_mesh(box(), size=2, cuts=["plane 1,0.2,0,-6"], periodic={"low": "high"})
+    check_pairs(slanted, "low__high", np.eye(3), (0, 10, 0))
 
 
 def test_a_representative_volume_of_two_solids_is_matched_and_stays_so_when_it_is_refined():
