@@ -11,11 +11,11 @@ the mesh: a blend has the quads with middles on it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,9 +42,9 @@ from .complexes.several import finish
 from .finished.pairs import with_pairs
 from .nearness.measured import quads_off
 from .nearness.nearer import missed_tolerance
-from .origin import AnyMesh, CellsOrigin, FromDesign, made_of, worst_of
+from .origin import AnyMesh, CellsOrigin, DesignChoice, FromDesign, made_of, worst_of
 from .run import Run, Tries
-from .wishes.design_words import faces_asked, on_design, speaks_of_entities, without_words
+from .wishes.design_words import left_to_design, on_design, speaks_of_entities, without_words
 from .wishes.local_sizes import growing_from, no_larger_than
 
 log = logging.getLogger(__name__)
@@ -99,26 +99,14 @@ def mesh_design(
         No design can be meshed, or its mesh not be carried.
     """
     (solid,) = part.solids
-    asked = faces_asked(part, options)
-    blends = [blend for blend in find_blends(solid) if _may_go(blend, asked)]
+    blends = left_to_design(part, find_blends(solid), options)
     views = Tries(run).of(_views(solid, blends, options.size))
     return _best_of((partial(_mesh_near, part, view, options, run, mesh_it) for view in views), run)
 
 
-class LikeDesign(Protocol):
-    """How another part was meshed by its design: without which blends, by number, and what its faces were in that."""
-
-    @property
-    def blends(self) -> Sequence[int]: ...
-    @property
-    def roles(self) -> dict[str, str]: ...
-    @property
-    def is_sheeted(self) -> bool: ...
-
-
 def design_like(
     part: Part,
-    like: LikeDesign,
+    like: DesignChoice,
     options: SweepOptions,
     run: Run,
     mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
@@ -167,11 +155,6 @@ def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
         raise refused
     rows.took(shares)
     return best
-
-
-def _may_go(blend: Blend, asked: frozenset[int]) -> bool:
-    """Whether a blend is none of the faces that are asked for, or lies between such as are."""
-    return asked.isdisjoint(blend.faces) or all(not asked.isdisjoint(side) for side in blend.supports)
 
 
 def _views(solid: Solid, blends: list[Blend], size: float | None) -> Iterator[list[Blend]]:
@@ -226,7 +209,7 @@ def _mesh_without(  # noqa: PLR0917
     options: SweepOptions,
     run: Run,
     mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
-    like: LikeDesign | None = None,
+    like: DesignChoice | None = None,
 ) -> HexMesh:
     """Mesh the design without some blends, and carry it onto the model, the better with a sheet and without."""
     with run.stage("design"):
@@ -254,7 +237,8 @@ def _mesh_without(  # noqa: PLR0917
         if laid is sheeted:
             rows.took([SHEET])
         assert isinstance(mesh.origin, CellsOrigin), "one solid"
-        return replace(mesh, origin=replace(mesh.origin, design=FromDesign(made, numbers, roles, laid is sheeted)))
+        choice = DesignChoice(numbers, roles, laid is sheeted)
+        return replace(mesh, origin=replace(mesh.origin, design=FromDesign(made, choice)))
 
     ways = [laid for laid in (sheeted, plain) if laid is not None]
     best = _best_of((partial(lay, laid) for laid in (ways if like is None else ways[:1])), run)

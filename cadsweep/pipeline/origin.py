@@ -21,17 +21,23 @@ from ..quality import CadReference
 from ..sweep import Sweep
 
 
-class FromDesign(NamedTuple):
-    """What a mesh was carried to its model from.
+class DesignChoice(NamedTuple):
+    """How a mesh was made of a design: what another part needs to be meshed alike.
 
-    `mesh` is that of the design, `blends` the numbers of those that this has not, among all that the model has, `roles`
-    what faces of the design are in its mesh, by their keys.
+    `blends` are the numbers of those that the design has not, among all that the model has, `roles` what faces of the
+    design are in its mesh, by their keys.
     """
 
-    mesh: HexMesh
     blends: tuple[int, ...]
     roles: dict[str, str]
     is_sheeted: bool
+
+
+class FromDesign(NamedTuple):
+    """The mesh of the design that a mesh was carried to its model from, and how that was."""
+
+    mesh: HexMesh
+    choice: DesignChoice
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

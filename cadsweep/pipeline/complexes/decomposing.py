@@ -49,7 +49,7 @@ MOST_MORE = 2.0
 _WHOLE = 1e-9
 """Share of a part's volume by which the part itself, read again, may differ."""
 _SHARE = 0.5
-"""Of the time for cuts, for those beyond the user's: the rest is for the same part cut by itself, his cuts last."""
+"""Of the time for cuts, for those beyond the user's: the rest is for the same part cut by itself, those last."""
 _ONE_SWEEP = (
     "source",
     "target",

@@ -301,7 +301,7 @@ def _design_like(part: Part, template: DesignTemplate, options: SweepOptions, ru
         )
     faces = [replace(face, name=None, groups=names) for face, names in zip(solid.faces, template.names, strict=True)]
     part = replace(part, solids=(replace(solid, faces=tuple(faces)),), names=template.labels)
-    mesh = design_like(part, template, options, run, mesh_it)
+    mesh = design_like(part, template.choice, options, run, mesh_it)
     if not np.array_equal(mesh.hexes[:, :8], template.mesh.hexes[:, :8]):
         raise CadError("the parts do not correspond: the meshes of their designs have sheets in different places")
     return mesh

@@ -21,7 +21,7 @@ from ...mesh import HexMesh
 from ...options import SweepOptions
 from ...projection.carried import MeshedFace, meshed_face
 from ..complexes.swept import twins_of
-from ..origin import CellsOrigin, GroupsOrigin, first_order, origin_of
+from ..origin import CellsOrigin, DesignChoice, GroupsOrigin, first_order, origin_of
 from .graphs import Graph, first_ids, graph_of_part
 from .model_faces import OnModel, faces_parted, find_on_model
 
@@ -128,11 +128,7 @@ class DesignTemplate:
     ----------
     design : AnyTemplate
         The mesh of the design.
-    blends : tuple of int
-        Those that the design has not, by number.
-    roles : dict of str to str
-        What faces of the design are in its mesh, by their keys.
-    is_sheeted : bool
+    choice : DesignChoice
     names : tuple of tuple of str
         Of the model's faces.
     labels : dict of str to str
@@ -144,9 +140,7 @@ class DesignTemplate:
     """
 
     design: AnyTemplate
-    blends: tuple[int, ...]
-    roles: dict[str, str]
-    is_sheeted: bool
+    choice: DesignChoice
     names: tuple[tuple[str, ...], ...]
     labels: dict[str, str]
     mesh: HexMesh
@@ -174,9 +168,7 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
     if origin.design is not None:
         return DesignTemplate(
             design=make_template(origin.design.mesh, purpose),
-            blends=origin.design.blends,
-            roles=origin.design.roles,
-            is_sheeted=origin.design.is_sheeted,
+            choice=origin.design.choice,
             names=tuple(face.names for face in origin.model.solids[0].faces),
             labels=origin.model.names,
             mesh=_plain(mesh, len(origin.joined.points)),

@@ -23,11 +23,12 @@ from ...brep import Units
 from ...mesh import HexMesh
 from ...projection.carried import MeshedFace
 from ...quality.conformity import row_keys
+from ..origin import DesignChoice
 from .graphs import Graph
 from .template import AnyTemplate, DesignTemplate, FactoredCells, GroupsTemplate, Template, make_template
 
 _CELLS, _GROUPS, _DESIGN, _PAIRS = "cells_", "groups_", "design_", "pairs_"
-_DESIGN_TEXT = ("blends", "roles", "is_sheeted", "names", "labels", "solids")
+_DESIGN_TEXT = ("names", "labels", "solids")
 _UV, _FACTORS, _SCALE = "uv_", "factors_", "scale"
 
 
@@ -60,7 +61,7 @@ def _arrays(template: AnyTemplate) -> dict[str, Any]:
     if isinstance(template, Template):
         return {_CELLS + name: array for name, array in _template_arrays(template).items()}
     if isinstance(template, DesignTemplate):
-        known = {name: getattr(template, name) for name in _DESIGN_TEXT}
+        known = {"choice": template.choice, **{name: getattr(template, name) for name in _DESIGN_TEXT}}
         every = {"design": np.array(json.dumps(known)), **_mesh_arrays(template.mesh)}
         every |= {f"0_{name}": array for name, array in _arrays(template.design).items()}
         return {_DESIGN + name: array for name, array in every.items()}
@@ -95,6 +96,7 @@ def _template(arrays: dict[str, Any], path: str) -> AnyTemplate:
         return DesignTemplate(
             design=_template(_own(designs, "0_"), path),
             mesh=_mesh_of_arrays(designs),
+            choice=DesignChoice(*_tuples(known["choice"])),
             **{name: _tuples(known[name]) for name in _DESIGN_TEXT},
         )
     raise KeyError("no faces of a model")

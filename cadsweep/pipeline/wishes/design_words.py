@@ -11,7 +11,7 @@ has not hold around it, as local sizes do.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +19,7 @@ import numpy as np
 
 from ... import cad
 from ...asked import LocalSize, edge_bias
+from ...blends import Blend
 from ...brep import Part, Solid
 from ...errors import InputError, NotSweepableError
 from ...mesh import HexMesh
@@ -28,8 +29,6 @@ from .local_sizes import for_all_solids, no_larger_than, size_field
 
 _TAG = "asked_{}"
 """Name of what a word means, on a design."""
-
-
 _OF_ENTITIES = ("source", "target", "wall_layers", "periodic", "sizes", "counts", "biases", "local_sizes")
 
 
@@ -38,15 +37,22 @@ def speaks_of_entities(options: SweepOptions) -> bool:
     return any(getattr(options, name) is not None for name in _OF_ENTITIES)
 
 
-def faces_asked(part: Part, options: SweepOptions) -> frozenset[int]:
-    """Faces of a part of one solid that are to be caps, walls, or to answer each other: a mesh without them is another.
+def left_to_design(part: Part, blends: Sequence[Blend], options: SweepOptions) -> list[Blend]:
+    """Those of the blends of one solid that a design may be without: no caps, walls or faces that answer each other.
+
+    One that lies between such faces may go with them.
 
     Raises
     ------
     InputError
         Nothing is called so.
     """
-    return frozenset(f for word in _words_of_faces(options) for f in cad.select_faces(part, word))
+    asked = {f for word in _words_of_faces(options) for f in cad.select_faces(part, word)}
+    return [
+        blend
+        for blend in blends
+        if asked.isdisjoint(blend.faces) or all(not asked.isdisjoint(side) for side in blend.supports)
+    ]
 
 
 def on_design(part: Part, design: cad.Design, options: SweepOptions) -> tuple[Part, SweepOptions]:
@@ -206,4 +212,4 @@ class _Words:
         return min(near, key=lambda e: float(e.curve.distance(middle)[0])).id if near else None
 
 
-__all__ = ["faces_asked", "on_design", "speaks_of_entities", "without_words"]
+__all__ = ["left_to_design", "on_design", "speaks_of_entities", "without_words"]
