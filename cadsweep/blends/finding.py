@@ -102,8 +102,12 @@ def find_blends(solid: Solid) -> list[Blend]:
     candidates = {group: found for group in sorted(set(springs.group_of)) if (found := _springing(springs, group))}
     for group, edges in list(candidates.items()):
         runs = joined(solid, list(edges))
-        # What turns too far is no blend, and its neighbours must not take it for one.
-        if len(runs) == 2 and _is_one_way(springs, edges) and not _LEAST <= _across(springs, edges, runs)[0] <= _MOST:
+        # What turns too far, or carries roundings itself, is no blend, and its neighbours must not take it for one.
+        if len(runs) == 2 and _is_one_way(springs, edges):
+            is_blend = _LEAST <= _across(springs, edges, runs)[0] <= _MOST
+        else:
+            is_blend = not _carries(springs, group)
+        if not is_blend:
             del candidates[group]
     edge_blends, corners = list[Blend](), list[Blend]()
     borders = list[tuple[bool, list[Side], list[int]]]()
@@ -136,6 +140,17 @@ def _springing(springs: Springs, group: int) -> dict[int, int]:
     """Edges, and the group's face at each, at which the group springs from others; empty where it is no rounding."""
     found = {e: f for e, (f, other) in springs.borders(group).items() if springs.springs(e, f, other)}
     return found if len(found) >= 2 else {}
+
+
+def _carries(springs: Springs, group: int) -> bool:
+    """Whether more springs from a group than it springs from others, by length: so does the wall of a hub with a rim
+    and a foot that are rounded."""
+    own = theirs = 0.0
+    for e, (inside, outside) in springs.borders(group).items():
+        length = springs.solid.edges[e].length
+        own += length * springs.springs(e, inside, outside)
+        theirs += length * springs.springs(e, outside, inside)
+    return theirs > own
 
 
 def _is_one_way(springs: Springs, inside: dict[int, int]) -> bool:

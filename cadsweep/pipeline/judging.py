@@ -28,10 +28,16 @@ _OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverte
 
 def is_poor(mesh: AnyMesh, solid: Solid, options: SweepOptions) -> bool:
     """Whether quite another mesh is tried: neither a sharp corner of the solid nor its user's choice is to blame."""
-    worst, usual = worst_of(mesh), SweepOptions()
-    if worst >= POOR or any(getattr(options, name) != getattr(usual, name) for name in _OF_PLACING):
+    worst = worst_of(mesh)
+    if worst >= POOR or is_of_placing(options):
         return False
     return worst < _EXPLAINED * _sharpest(solid, beyond=POINTED)
+
+
+def is_of_placing(options: SweepOptions) -> bool:
+    """Whether the user wants to see what becomes of one sweep, poor or not."""
+    usual = SweepOptions()
+    return any(getattr(options, name) != getattr(usual, name) for name in _OF_PLACING)
 
 
 def reached_by(mesh: AnyMesh, solid: Solid) -> float:
@@ -40,8 +46,8 @@ def reached_by(mesh: AnyMesh, solid: Solid) -> float:
     return min(worst_of(mesh), upright)
 
 
-def good_columns(mesh: AnyMesh, solid: Solid) -> bool:
-    """Whether columns are as good as cells are likely to be.
+def is_as_good(mesh: AnyMesh, solid: Solid) -> bool:
+    """Whether a sweep or columns are as good as cells are likely to be.
 
     Those have the solid's own sharp corners, too, as where a lever's arm runs out beside its boss. A mesh that is fair
     and no more has cells tried where the part itself allows more and something round lies across the columns, as the

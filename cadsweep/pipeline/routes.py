@@ -40,6 +40,7 @@ from ..errors import (
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..quality import QualityReport
 from ..sweep import Sweep
 from ..trial import noting
 from .attempts import find_candidates
@@ -53,7 +54,7 @@ from .candidates import (
     first_good,
     touching_of,
 )
-from .judging import FAR_WORSE, good_columns, is_poor, reached_by
+from .judging import FAR_WORSE, is_as_good, is_of_placing, is_poor, reached_by
 from .origin import AnyMesh, made_of, worst_of
 from .parts import load
 from .run import Run
@@ -76,8 +77,8 @@ GOOD_DESIGN = 0.5
 """Worst scaled Jacobian at which no design is tried: two quads of one hexahedron on a rounding leave less, mostly."""
 _MOST_CARRIED = 300_000
 """Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
-_MOST_SMOOTHED = 50_000
-"""Hexahedra of a poor sweep beyond which a design, if there is one, comes before its smoothing."""
+_MOST_SMOOTHED = 5_000
+"""Hexahedra of a poor sweep beyond which a design and cells come before its smoothing, which takes longer."""
 DESIGN_LOOK = 0.5
 """Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
@@ -199,22 +200,28 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
     enough = False
     left = list(WAYS)
     first = replace(run, postpones=partial(_postpones, part, options))
+    is_searched = False
     while left:
         row = left.pop(0)
         if not _is_tried(row, part, options, run, _Before(refused, best), enough=enough):
             continue
-        if best is None and row == CELLS:
+        if row == CELLS and is_searched and best is not None:
+            continue  # they were looked for before the sweep was smoothed
+        if best is None and row == CELLS and SWEEP not in left:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                before = _Before(refused, best, 0.0 if enough else share)
+                is_first = row == CELLS and SWEEP in left
+                before = _Before(refused, best, 0.0 if enough else SECOND_LOOK if is_first else share)
+                is_searched |= row == CELLS
                 mesh = WAYS[row](part, options, first if row == SWEEP else run, before)
         except PostponedError:
-            left, first = [DESIGN, *(other for other in WAYS if other != DESIGN)], run
+            left, first = [DESIGN, COLUMNS, CELLS, SWEEP, CELLS, FITTED], run
             continue
         except CadSweepError as error:
-            # A refusal of the design speaks of faces that nobody knows, one of a grid says less than what came before.
-            if best is not None or row in {DESIGN, FITTED}:
+            # A refusal of the design speaks of faces that nobody knows, one of a grid says less than what came before,
+            # and what is tried before a sweep is smoothed leaves that to say why.
+            if best is not None or row in {DESIGN, FITTED} or SWEEP in left:
                 log.info("no %s: %s", row.removeprefix("way: "), error)
                 continue
             refused = _foremost(refused, error)
@@ -223,8 +230,8 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             best, shares = mesh, {*own, row}
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
         good = reached_by(mesh, part.solids[0]) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
-        if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
-            good, share = good_columns(mesh, part.solids[0]), SECOND_LOOK
+        if row in {SWEEP, COLUMNS} and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
+            good, share = is_as_good(mesh, part.solids[0]), SECOND_LOOK
         enough |= good or not _may_be_better(part, options)
     if best is not None:
         rows.took(shares)
@@ -339,14 +346,15 @@ def _said(mesh: AnyMesh, row: str) -> AnyMesh:
     return replace(mesh, info={**mesh.info, "way": row.removeprefix("way: ")})
 
 
-def _postpones(part: Part, options: SweepOptions, n_hexes: int) -> bool:
-    """Whether the design of a part is tried before a poor sweep of it is smoothed, which takes longer for so many."""
-    many = _MOST_SMOOTHED < n_hexes <= _MOST_CARRIED
-    if not many or not rows.is_on(DESIGN):
+def _postpones(part: Part, options: SweepOptions, report: QualityReport) -> bool:
+    """Whether a design or cells are tried before a poor sweep of a part is smoothed."""
+    if report.n_hexes <= _MOST_SMOOTHED or report.min_scaled_jacobian >= GOOD_ENOUGH or is_of_placing(options):
         return False
     from .wishes.design_words import speaks_of_entities
 
-    return not speaks_of_entities(options) and _has_design(part, options)
+    few = len(part.solids[0].faces) <= _MOST_LOOKED_AT and options.decompose and rows.is_on(CELLS)
+    has_design = rows.is_on(DESIGN) and report.n_hexes <= _MOST_CARRIED and not speaks_of_entities(options)
+    return (few and _may_be_better(part, options)) or (has_design and _has_design(part, options))
 
 
 def _has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:
@@ -372,7 +380,8 @@ def _mesh_columns(part: Part, options: SweepOptions, run: Run, before: _Before) 
     """By the best of its stacks."""
     from .columns.stacking import mesh_stacks_instead
 
-    return _said(mesh_stacks_instead(part, options, run, before.refused), COLUMNS)
+    refused = before.refused or NotSweepableError("its sweep makes poor hexahedra")
+    return _said(mesh_stacks_instead(part, options, run, refused), COLUMNS)
 
 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, _: _Before) -> AnyMesh:

@@ -58,7 +58,7 @@ class Run:
         Called with what the mesh is expected to be, each time that more is known of it, and whether that is settled:
         whoever wants no more than to know raises there.
     postpones : callable or None
-        Says of a poor sweep of so many hexahedra whether something else comes before its smoothing.
+        Says of a poor sweep whether something else comes before its smoothing.
     seconds : dict of str to float
     """
 
@@ -67,7 +67,7 @@ class Run:
     decompose_time: float = math.inf
     total: float = math.inf
     on_expected: Callable[[Estimate, bool], None] | None = None
-    postpones: Callable[[int], bool] | None = None
+    postpones: Callable[[QualityReport], bool] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     _since: list[float] = field(default_factory=list)
     _searched: list[float] = field(default_factory=list)

@@ -72,6 +72,15 @@ def test_a_block_with_rotated_pockets_is_cut_unasked():
     assert any(note.startswith("cut ") for note in mesh.info["notes"])
 
 
+def test_a_flange_with_a_full_round_around_it_is_parted_from_its_rim():
+    profile = cq.Workplane("XZ").lineTo(20, 0).threePointArc((23, 3), (20, 6)).lineTo(0, 6).close()
+    flange = profile.revolve(360, (0, 0, 0), (0, 1, 0)).faces(">Z").workplane().polygon(6, 24).extrude(10)
+    mesh = sweep_mesh(flange.faces(">Z").workplane().hole(12), size=2.0)
+    # Where a cap or a wall took half of the rounding two quads of a hexahedron would lie in one plane: below 0.1.
+    assert (mesh.info["way"], mesh.info["quality"].valid) == ("cells", True)
+    assert mesh.info["quality"].min_scaled_jacobian > 0.5
+
+
 def test_what_is_asked_of_one_sweep_is_refused_as_before():
     with pytest.raises(NotSweepableError, match="no pair of its"):
         sweep_mesh(boxes_cross(), source=0)

@@ -1,5 +1,8 @@
 """One sweep a cell: shared faces get roles that agree, and quads are carried on in an order without a circle."""
 
+import itertools
+import math
+
 import pytest
 
 pytest.importorskip("cadquery")
@@ -90,3 +93,30 @@ def test_a_contradiction_names_the_faces():
     with pytest.raises(PlanError) as caught:
         make_plan(part, across)
     assert caught.value.faces
+
+
+def ring_of_lofts(turned_by):
+    """A ring of eight straight lofts between pentagons, which come back turned by an angle."""
+    wires = []
+    for j in range(9):
+        turn = math.radians(45.0 * j)
+        outward = cq.Vector(math.cos(turn), math.sin(turn), 0)
+        plane = cq.Plane(outward * 10, outward, cq.Vector(-outward.y, outward.x, 0))
+        angles = [math.radians(72 * k + turned_by * j / 8) for k in range(5)]
+        corners = [plane.toWorldCoords((2 * math.cos(a), 2 * math.sin(a))) for a in angles]
+        wires.append(cq.Wire.makePolygon(corners, close=True))
+    return [cq.Solid.makeLoft([a, b], True) for a, b in itertools.pairwise(wires)]
+
+
+@pytest.mark.parametrize(("turned_by", "closes"), [(0.0, True), (72.0, False)])
+def test_cells_around_a_ring_follow_each_other_where_its_section_comes_back_to_itself(turned_by, closes):
+    part = part_of(*ring_of_lofts(turned_by))
+    # Along the ring alone, all the same way around.
+    around = [[s for s in own if len(s.source_loops[0]) == 5] for own in candidates(part)]
+    if not closes:
+        with pytest.raises(PlanError, match="in a circle"):
+            make_plan(part, around)
+        return
+    plan = make_plan(part, around)
+    assert sorted(plan.order) == list(range(8))
+    assert sum(role == "last" for way in plan.ways for role in way.roles) == 8, "each is carried on to the next"

@@ -5,6 +5,8 @@ a slab of its own with nothing else in it: then the slab is swept along the hole
 The faces at the inner edges of the profile, extended, may lean towards the hole and run into it; a plane along both the
 edge and the hole does not.
 
+Elsewhere (the foot of a hexagon on a flange) they part what other cutters would leave whole: they have no credit then.
+
 Not handled: profiles without an inner edge on one side of the hole get a plane on the other side alone.
 """
 
@@ -62,9 +64,15 @@ def _beside(solid: Solid, axis: Axis, inner: Sequence[Edge]) -> Iterator[tuple[t
                     reason=f"planes beside {axis.label}, through inner edges and along it",
                     tools=tuple(plane_tool(solid, normal, axis.place + place * normal) for place in places),
                     weight=sum(own[k].length for k in through),
-                    leads=True,
+                    leads=any(_is_of_profile(solid, own[k]) for k in through),
                 ),
             )
+
+
+def _is_of_profile(solid: Solid, edge: Edge) -> bool:
+    """Whether an edge runs from one end of the solid to the other, as those of an extruded profile do."""
+    along = solid.vertices @ edge.tangents[0]
+    return edge.length > (1.0 - SAME) * float(np.ptp(along))
 
 
 def _normals(axis: Axis, inner: Sequence[Edge]) -> list[FloatArray]:

@@ -140,7 +140,7 @@ def _is_smoothed(report: QualityReport, options: SweepOptions, run: Run, smooth_
     """
     if not (options.smoothing and (report.min_scaled_jacobian < smooth_below or report.n_inverted)):
         return False
-    if run.postpones is not None and run.postpones(report.n_hexes):
+    if run.postpones is not None and run.postpones(report):
         raise PostponedError("the sweep is poor, and something else is tried before it is smoothed")
     return True
 
