@@ -146,6 +146,10 @@ class CellSearch:
         Of the counts of faces of each of the two, that a part of so many is given.
     most_of_all : float
         Faces that are read or cut for both together.
+    poor : tuple of int
+        What :meth:`cut_again` was told.
+    until : float
+        Count of parts at which its turn ends.
     ended_early : bool
         The user's time was used up before the count of parts was.
     """
@@ -167,7 +171,23 @@ class CellSearch:
         self.compared = set[object]()
         self.refused: Counter[str] = Counter()
         self.ended_early = False
+        self.poor: tuple[int, ...] = ()
+        self.until: float = np.inf
         self.best = self.judge(part, ())
+
+    def cut_again(self, cells: Sequence[int]) -> None:
+        """Go on for a turn from the part that was yielded last, whose cells make poor hexahedra, as though these had no
+        sweep."""
+        self.poor, self.until = tuple(cells), min(self.until, self.n_parts + TURN)
+
+    def in_the_way(self, found: Found, cells: tuple[int, ...]) -> Found:
+        """A part that has a plan, as though some of its cells had no sweep."""
+        more = 0.0
+        for solid in (found.part.solids[cell] for cell in cells):
+            with_sweep, without = (cell_cost(solid, has, size=solid.size, flat=FLAT) for has in (True, False))
+            more += without - with_sweep
+        lent, until = found.lent + more, self.n_parts + TURN
+        return replace(found, plan=None, blocked=cells, cost=found.cost + more, lent=lent, until=until)
 
     def solutions(self) -> Iterator[Found]:
         """Parts that have a plan, as they are found; the search goes on from the cheapest part that has none."""
@@ -193,13 +213,16 @@ class CellSearch:
                 continue  # what was lent has not paid
             for child in children:
                 self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
+                then = child
                 if child.plan is not None:
                     yield child
-                    continue
-                own = child.rank(self.n_parts)
-                heapq.heappush(queue, (own, n + 1, child, self.children(child)))
+                    if not self.poor:
+                        continue
+                    then, self.poor = self.in_the_way(child, self.poor), ()
+                own = then.rank(self.n_parts)
+                heapq.heappush(queue, (own, n + 1, then, self.children(then)))
                 n += 2
-                if own < rank - BLOCKED + CELL or child.lent > here.lent:
+                if own < rank - BLOCKED + CELL or then.lent > here.lent:
                     # A cell less in the way, or features apart, whatever the other cutters would do: these wait.
                     heapq.heappush(queue, (rank + CELL, n, here, children))
                     break
@@ -231,7 +254,8 @@ class CellSearch:
     def is_over(self) -> bool:
         """Whether the count of parts, or the user's time, is used up."""
         self.ended_early = self.ended_early or self.tools.is_late()
-        return self.n_parts >= self.most_parts or self.n_faces >= self.most_faces or self.ended_early
+        is_over = self.n_parts >= min(self.most_parts, self.until) or self.n_faces >= self.most_faces
+        return is_over or self.ended_early
 
     def children(self, found: Found) -> Iterator[Found]:
         """Parts one cut further."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 import heapq
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from math import inf, pi
 
@@ -43,6 +43,8 @@ MOST_STATES = 800
 """Complexes that are looked at before the part is given up."""
 MOST_CARRIED, MOST_READ = 250, 1300
 """Complexes that are looked at once cuts are carried on, and cells that are read for them: each may have ten new."""
+MOST_AGAIN = 60
+"""Complexes that are looked at once cells of one make poor hexahedra."""
 MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
 CLIMB = 4.0
@@ -110,6 +112,11 @@ class Search:
     known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
     is_contradicted: bool = False
     carries_on: bool = False
+    poor: tuple[int, ...] = ()
+
+    def cut_again(self, cells: Sequence[int]) -> None:
+        """Go on for a while from the complex that was yielded last, as though poor cells had no sweep."""
+        self.poor, self.most_states = tuple(cells), min(self.most_states, self.n_states + MOST_AGAIN)
 
     def solutions(self) -> Iterator[State]:
         """Complexes that have a plan, as they are found; ``best`` is the best complex looked at so far."""
@@ -142,7 +149,11 @@ class Search:
                     if child.plan is not None or self.is_over():
                         break
                 if children and children[-1].plan is not None:
-                    yield children.pop()
+                    found = children.pop()
+                    yield found
+                    if self.poor:
+                        children.append(replace(found, plan=None, blocked=self.poor))
+                        self.poor = ()
                 children.sort(key=lambda child: child.cost)
                 # Every other time the best child is followed down at once: some parts need depth, others width.
                 dives = turn % 2 and children and children[0].cost <= start + CLIMB

@@ -33,6 +33,9 @@ POOR = 0.2
 SMOOTH_BELOW = 0.3
 """Worst scaled Jacobian below which smoothing is tried."""
 
+MOST_SMOOTHED = 5_000
+"""Hexahedra of a poor mesh beyond which others are looked for before it is smoothed, which takes longer."""
+
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than what is there: they are mostly found at once."""
 
@@ -41,7 +44,7 @@ MOST_CANDIDATES = 3
 
 
 class PostponedError(NotSweepableError):
-    """A sweep is poor, and the run says that something else comes before its smoothing."""
+    """A mesh is poor, and the run says that something else comes before its smoothing."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

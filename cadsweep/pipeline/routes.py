@@ -46,6 +46,7 @@ from ..trial import noting
 from .attempts import find_candidates
 from .candidates import (
     GOOD_ENOUGH,
+    MOST_SMOOTHED,
     SECOND_LOOK,
     SMOOTH_BELOW,
     Made,
@@ -77,8 +78,6 @@ GOOD_DESIGN = 0.5
 """Worst scaled Jacobian at which no design is tried: two quads of one hexahedron on a rounding leave less, mostly."""
 _MOST_CARRIED = 300_000
 """Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
-_MOST_SMOOTHED = 5_000
-"""Hexahedra of a poor sweep beyond which a design and cells come before its smoothing, which takes longer."""
 DESIGN_LOOK = 0.5
 """Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
@@ -346,9 +345,9 @@ def _said(mesh: AnyMesh, row: str) -> AnyMesh:
     return replace(mesh, info={**mesh.info, "way": row.removeprefix("way: ")})
 
 
-def _postpones(part: Part, options: SweepOptions, report: QualityReport) -> bool:
+def _postpones(part: Part, options: SweepOptions, report: QualityReport, _: object) -> bool:
     """Whether a design or cells are tried before a poor sweep of a part is smoothed."""
-    if report.n_hexes <= _MOST_SMOOTHED or report.min_scaled_jacobian >= GOOD_ENOUGH or is_of_placing(options):
+    if report.n_hexes <= MOST_SMOOTHED or report.min_scaled_jacobian >= GOOD_ENOUGH or is_of_placing(options):
         return False
     from .wishes.design_words import speaks_of_entities
 

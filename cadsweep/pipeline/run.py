@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
+from ..arrays import IntArray
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
 from ..budget import check_budget
@@ -58,7 +59,8 @@ class Run:
         Called with what the mesh is expected to be, each time that more is known of it, and whether that is settled:
         whoever wants no more than to know raises there.
     postpones : callable or None
-        Says of a poor sweep whether something else comes before its smoothing.
+        Says of a poor mesh whether something else comes before its smoothing; given what was found of it, and the cell
+        (n,) of every hexahedron when it asks for that.
     seconds : dict of str to float
     """
 
@@ -67,7 +69,7 @@ class Run:
     decompose_time: float = math.inf
     total: float = math.inf
     on_expected: Callable[[Estimate, bool], None] | None = None
-    postpones: Callable[[QualityReport], bool] | None = None
+    postpones: Callable[[QualityReport, Callable[[], IntArray]], bool] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     _since: list[float] = field(default_factory=list)
     _searched: list[float] = field(default_factory=list)

@@ -17,6 +17,7 @@ from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
 from .complexes.answering import CARRIED
+from .complexes.best import AGAIN
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import INSTEAD, WAYS
@@ -47,6 +48,7 @@ def all_rows() -> tuple[str, ...]:
         *SEARCHES,
         *(f"cut: {name}" for name in FAMILIES),
         CARRIED,
+        AGAIN,
         *(filling.row for filling in FILLINGS),
         *(f"mend: {name}" for steps in STEPS.values() for name, _ in steps),
     )

@@ -1,5 +1,7 @@
 """Solids that no sweep fits are cut unasked, and their mesh is as good as any."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -79,6 +81,22 @@ def test_a_flange_with_a_full_round_around_it_is_parted_from_its_rim():
     # Where a cap or a wall took half of the rounding two quads of a hexahedron would lie in one plane: below 0.1.
     assert (mesh.info["way"], mesh.info["quality"].valid) == ("cells", True)
     assert mesh.info["quality"].min_scaled_jacobian > 0.5
+
+
+def test_poor_cells_are_cut_again_before_they_are_smoothed():
+    # The flange has a sweep between its flat and its conical side, whose round rim is tangent to both.
+    lean = math.radians(25)
+    end = (18 + 1.5 * math.sin(lean), 1.5 + 1.5 * math.cos(lean))
+    top = end[1] + (end[0] - 9) * math.tan(lean)
+    profile = (
+        cq.Workplane("XZ").lineTo(18, 0).threePointArc((18 + 1.5 * math.cos(0.35), 1.5 - 1.5 * math.sin(0.35)), end)
+    )
+    flange = profile.lineTo(9, top).lineTo(0, top).close().revolve(360, (0, 0, 0), (0, 1, 0))
+    bolt = flange.union(cq.Workplane().polygon(6, 24).extrude(20)).union(cq.Workplane().circle(6).extrude(-20))
+    mesh = sweep_mesh(bolt)
+    assert mesh.info["quality"].valid
+    assert "cut: poor cells again" in mesh.info["rows"]
+    assert mesh.info["quality"].min_scaled_jacobian > 0.4, "0.31 at best where its cells are smoothed"
 
 
 def test_what_is_asked_of_one_sweep_is_refused_as_before():

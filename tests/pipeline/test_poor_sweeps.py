@@ -9,16 +9,16 @@ import cadquery as cq
 
 from cadsweep import sweep_mesh
 from cadsweep.pipeline import routes
-from cadsweep.pipeline.complexes import decomposing
+from cadsweep.pipeline.complexes import best, decomposing
 
 pytestmark = pytest.mark.cad
 
 
 @pytest.fixture
 def nothing_is_good_enough(monkeypatch):
-    """No scaled Jacobian is above one, so every sweep counts as poor."""
-    for module in (routes, decomposing):
-        monkeypatch.setattr(module, "GOOD_ENOUGH", 1.1)
+    """Every sweep counts as poor, and no scaled Jacobian of cells is above one."""
+    monkeypatch.setattr(routes, "is_as_good", lambda *_: False)
+    monkeypatch.setattr(best, "GOOD_ENOUGH", 1.1)
 
 
 def test_cells_take_the_place_of_a_worse_sweep(nothing_is_good_enough):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...arrays import IntArray
 from ...blocks.block_mesh import BlockMesh
 from ...blocks.cells import CellBlocks
 from ...blocks.finish import by_face, to_block_mesh
@@ -56,7 +57,7 @@ def checked_blocks(
             return mesh, measured(mesh, references, run)
 
     mesh, report = checked(cells)
-    if _is_smoothed(report, options, run, SMOOTH_BELOW):
+    if _is_smoothed(report, options, run, SMOOTH_BELOW, lambda: cells.joined().hex_cells):
         joined = cells.joined()
         slides = slides or find_slides(part, joined, names, options, outside=slide)
         better = _smoothed(joined, names, run, asked=options.size is not None, kept=kept_rows(cells), slides=slides)
@@ -113,7 +114,7 @@ def checked_cells(
             return mesh, check_mesh(mesh, cad=references, blocks=joined.blocks)
 
     mesh, report = checked(joined)
-    if _is_smoothed(report, options, run, smooth_below):
+    if _is_smoothed(report, options, run, smooth_below, lambda: joined.hex_cells):
         better = _smoothed(joined, names, run, asked=options.size is not None, goal=goal, kept=kept, slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
@@ -130,7 +131,9 @@ def checked_cells(
     return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
 
 
-def _is_smoothed(report: QualityReport, options: SweepOptions, run: Run, smooth_below: float) -> bool:
+def _is_smoothed(
+    report: QualityReport, options: SweepOptions, run: Run, smooth_below: float, hex_cells: Callable[[], IntArray]
+) -> bool:
     """Whether a mesh is poor, and is to be smoothed.
 
     Raises
@@ -140,8 +143,8 @@ def _is_smoothed(report: QualityReport, options: SweepOptions, run: Run, smooth_
     """
     if not (options.smoothing and (report.min_scaled_jacobian < smooth_below or report.n_inverted)):
         return False
-    if run.postpones is not None and run.postpones(report):
-        raise PostponedError("the sweep is poor, and something else is tried before it is smoothed")
+    if run.postpones is not None and run.postpones(report, hex_cells):
+        raise PostponedError("the mesh is poor, and something else is tried before it is smoothed")
     return True
 
 

@@ -27,21 +27,18 @@ from ..candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW
 from ..columns.column_cells import columns_of
 from ..origin import AnyMesh, worst_of
 from ..parts import load, only_solid
-from ..run import Run, Tries, silent
+from ..run import Run, silent
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.shared_hints import resolve_wishes
 from .answering import answering
+from .best import MOST_MESHED, BestCells
 from .cells import expected_cells
 from .complex import Complex
-from .complexes import as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
+from .complexes import as_complex, cutting_tools, plan_cells, recognise, say_open
 from .several import mesh_complex
 
 log = logging.getLogger(__name__)
 
-MOST_MESHED = 4
-"""Sets of cells that are meshed before the best of them is taken."""
-MOST_HEXES = 300_000
-"""Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
 MOST_POINTED = 60
 """Planar complexes that are looked at where a star parts the solid: it has no inner corner, and needs few planes."""
 MOST_MORE = 2.0
@@ -90,11 +87,15 @@ def _recognise_pieces(part: Part, refused: CadSweepError | None) -> Recognise:
 
 
 class _Searched(NamedTuple):
-    """A search: what it finds, whether it was ended before its budget was used up, and what it says where it fails."""
+    """A search: what it finds, whether it was ended before its budget was used up, and what it says where it fails.
+
+    Told which cells of what it found last make poor hexahedra, it cuts these further.
+    """
 
     solutions: Iterator[Complex]
     ended_early: Callable[[], bool]
     refusal: Callable[[NotSweepableError], NotSweepableError]
+    cut_again: Callable[[Sequence[int]], None]
 
 
 def _by_surfaces(part: Part, recognise_piece: Recognise, run: Run, share: float) -> _Searched:
@@ -110,6 +111,7 @@ def _by_surfaces(part: Part, recognise_piece: Recognise, run: Run, share: float)
         (as_complex(found, part) for found in search.solutions()),
         lambda: search.ended_early,
         lambda refused: decomposition.explain_cells(search, refused),
+        search.cut_again,
     )
 
 
@@ -129,6 +131,7 @@ def _by_planes(part: Part, recognise_piece: Recognise, run: Run, share: float) -
         (_planned(part, search, state) for state in search.solutions()),
         lambda: search.ended_early,
         lambda refused: decomposition.explain(search, refused),
+        search.cut_again,
     )
 
 
@@ -167,7 +170,8 @@ def mesh_decomposed(
             most = MOST_MORE * best.n_hexes
             solutions = (one for one in islice(solutions, MOST_MESHED) if _expected(one, options) <= most)
         with rows.share() as own:
-            mesh, error = _best_of(solutions, options, run, -np.inf if best is None else worst_of(best))
+            reached = -np.inf if best is None else worst_of(best)
+            mesh, error = BestCells(searched.cut_again, options, run).of_all(solutions, reached)
         failure = failure or error
         if mesh is not None and (best is None or worst_of(mesh) > worst_of(best)):
             best, shares = _ended_early(mesh, run) if searched.ended_early() else mesh, {*own, row}
@@ -187,63 +191,6 @@ def _expected(found: Complex, options: SweepOptions) -> int:
 def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
     assert isinstance(state.plan, Plan)
     return Complex(part=cells_of(part, search, state), plan=state.plan, model=part)
-
-
-def _best_of(
-    solutions: Iterator[Complex], options: SweepOptions, run: Run, reached: float
-) -> tuple[AnyMesh | None, CadSweepError | None]:
-    """The first mesh that does well, or the best of a few, and why the first that was given up was.
-
-    Once chosen, what is poor has its nodes moved on the model's faces if it is better than the worst scaled Jacobian
-    that was `reached` before; where none is valid, and there was none before, the first is tried so.
-    """
-    best: AnyMesh | None = None
-    chosen: Complex | None = None
-    failure: CadSweepError | None = None
-    shares: set[str] = set()
-    n_hexes, most_hexes = 0, MOST_HEXES
-    tries = Tries(run)
-    for _ in range(MOST_MESHED):
-        if (best is not None or failure is not None) and tries.is_over():
-            break
-        if n_hexes > most_hexes:
-            log.info("no further cells: about %d hexahedra were made", n_hexes)
-            break
-        with run.stage("decomposition"):
-            found = next(solutions, None)
-            if found is None:
-                break
-            found = answering(with_caps_grown(found), options, run)
-        wishes = resolve_wishes(found.part, options, found.model)
-        try:
-            with rows.share() as own, tries.one():
-                mesh = mesh_complex(found, options, run, wishes, slide=False)
-        except InputError:
-            raise
-        except CadSweepError as error:
-            log.info("%d cells given up: %s", len(found.part.solids), error)
-            failure, chosen = failure or error, chosen or found
-            n_hexes += expected_cells(found.part, found.plan, wishes).n_hexes
-            most_hexes = max(most_hexes, n_hexes)  # whatever its size, another is tried where none is valid
-            continue
-        n_hexes += mesh.n_hexes
-        if best is None or worst_of(mesh) > worst_of(best):
-            best, chosen, shares = mesh, found, own
-        if worst_of(best) >= GOOD_ENOUGH:
-            break
-    worst = -np.inf if best is None else worst_of(best)
-    poor = options.smoothing and reached <= worst < SMOOTH_BELOW
-    if chosen is not None and poor and not tries.is_over():
-        try:
-            with rows.share() as own:
-                mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
-            if best is None or worst_of(mesh) > worst_of(best):
-                best, shares = mesh, own
-        except CadSweepError as error:  # the mesh, or the refusal, is there already
-            log.info("moving nodes on the faces does not help: %s", error)
-    if best is not None and chosen is not None:
-        rows.took({*shares, *(f"cut: {cut.family}" for cut in chosen.part.cuts if cut.family)})
-    return best, failure
 
 
 def _ended_early(mesh: AnyMesh, run: Run) -> AnyMesh:
