@@ -229,7 +229,9 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             best, shares = mesh, {*own, row}
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
         good = reached_by(mesh, part.solids[0]) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
-        if row in {SWEEP, COLUMNS} and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
+        # Layers along walls make a sweep poor at a sharp tip in the flow, which is as asked: cells lose some of them.
+        is_judged = row == COLUMNS or (row == SWEEP and not options.wall_layers)
+        if is_judged and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             good, share = is_as_good(mesh, part.solids[0]), SECOND_LOOK
         enough |= good or not _may_be_better(part, options)
     if best is not None:
@@ -347,7 +349,8 @@ def _said(mesh: AnyMesh, row: str) -> AnyMesh:
 
 def _postpones(part: Part, options: SweepOptions, report: QualityReport, _: object) -> bool:
     """Whether a design or cells are tried before a poor sweep of a part is smoothed."""
-    if report.n_hexes <= MOST_SMOOTHED or report.min_scaled_jacobian >= GOOD_ENOUGH or is_of_placing(options):
+    is_small = report.n_hexes <= MOST_SMOOTHED
+    if is_small or report.min_scaled_jacobian >= GOOD_ENOUGH or is_of_placing(options) or options.wall_layers:
         return False
     from .wishes.design_words import speaks_of_entities
 
