@@ -143,8 +143,7 @@ def _springing(springs: Springs, group: int) -> dict[int, int]:
 
 
 def _carries(springs: Springs, group: int) -> bool:
-    """Whether more springs from a group than it springs from others, by length: so does the wall of a hub with a rim
-    and a foot that are rounded."""
+    """Whether more springs from a group, by length, than it springs from others: a hub's wall with a rounded foot."""
     own = theirs = 0.0
     for e, (inside, outside) in springs.borders(group).items():
         length = springs.solid.edges[e].length

@@ -10,7 +10,7 @@ A cut that keeps features apart leaves more cells in the way at first; it is len
 
 Where one cut seems best, best first goes on with what it leaves until the budget is gone, though another first cut may
 leave cells that sweep at once. So after a while every cut of the whole gets its turn, first those that leave the least
-in the way or part it most.
+in the way or part it most. Who meshes what is found may say which of its cells are poor: these are cut next.
 """
 
 from __future__ import annotations
@@ -176,8 +176,7 @@ class CellSearch:
         self.best = self.judge(part, ())
 
     def cut_again(self, cells: Sequence[int]) -> None:
-        """Go on for a turn from the part that was yielded last, whose cells make poor hexahedra, as though these had no
-        sweep."""
+        """Go on for a turn from the part that was yielded last, as though poor cells had no sweep."""
         self.poor, self.until = tuple(cells), min(self.until, self.n_parts + TURN)
 
     def in_the_way(self, found: Found, cells: tuple[int, ...]) -> Found:

@@ -134,6 +134,24 @@ def pointed_of(solid: Solid) -> str:
     return ""
 
 
+def foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepError:
+    """Of what the ways so far and this one say, what says most: of a mesh that was made more than of no recognition.
+
+    Raises
+    ------
+    CadSweepError
+        The input is at fault, and another way does not mend it.
+    """
+    at_fault = isinstance(error, InputError | CadError) and not isinstance(error, CoarseMeshError)
+    if refused is None or isinstance(refused, NotSweepableError):
+        if at_fault:
+            raise error
+        return error
+    if at_fault:
+        raise refused from error
+    return refused
+
+
 def first_good(
     part: Part,
     sweeps: Sequence[Sweep],

@@ -30,9 +30,7 @@ from ..blocks.block_mesh import BlockMesh
 from ..blocks.joined import neighbours_of
 from ..brep import Part
 from ..errors import (
-    CadError,
     CadSweepError,
-    CoarseMeshError,
     InputError,
     InvertedHexError,
     NotSweepableError,
@@ -53,6 +51,7 @@ from .candidates import (
     PostponedError,
     crossing_of,
     first_good,
+    foremost,
     touching_of,
 )
 from .judging import FAR_WORSE, is_as_good, is_of_placing, is_poor, reached_by
@@ -202,16 +201,16 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
     is_searched = False
     while left:
         row = left.pop(0)
+        is_early = SWEEP in left  # before a poor sweep is smoothed
         if not _is_tried(row, part, options, run, _Before(refused, best), enough=enough):
             continue
         if row == CELLS and is_searched and best is not None:
             continue  # they were looked for before the sweep was smoothed
-        if best is None and row == CELLS and SWEEP not in left:
+        if best is None and row == CELLS and not is_early:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                is_first = row == CELLS and SWEEP in left
-                before = _Before(refused, best, 0.0 if enough else SECOND_LOOK if is_first else share)
+                before = _Before(refused, best, 0.0 if enough else SECOND_LOOK if is_early and row == CELLS else share)
                 is_searched |= row == CELLS
                 mesh = WAYS[row](part, options, first if row == SWEEP else run, before)
         except PostponedError:
@@ -220,10 +219,10 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         except CadSweepError as error:
             # A refusal of the design speaks of faces that nobody knows, one of a grid says less than what came before,
             # and what is tried before a sweep is smoothed leaves that to say why.
-            if best is not None or row in {DESIGN, FITTED} or SWEEP in left:
+            if best is not None or row in {DESIGN, FITTED} or is_early:
                 log.info("no %s: %s", row.removeprefix("way: "), error)
                 continue
-            refused = _foremost(refused, error)
+            refused = foremost(refused, error)
             continue
         if best is None or worst_of(mesh) > worst_of(best):
             best, shares = mesh, {*own, row}
@@ -285,24 +284,6 @@ def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
     touching = touching_of(part.solids[0], refused)
     if touching is not None:
         raise touching
-
-
-def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepError:
-    """Of what the ways so far and this one say, what says most: of a mesh that was made more than of no recognition.
-
-    Raises
-    ------
-    CadSweepError
-        The input is at fault, and another way does not mend it.
-    """
-    at_fault = isinstance(error, InputError | CadError) and not isinstance(error, CoarseMeshError)
-    if refused is None or isinstance(refused, NotSweepableError):
-        if at_fault:
-            raise error
-        return error
-    if at_fault:
-        raise refused from error
-    return refused
 
 
 def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,7 +21,8 @@ from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
 from ..sweep import Sweep
-from .ways import Fill, Role, Way, corner_vertices, list_ways, over
+from .around import Shared, begin_around
+from .ways import Fill, Role, Way, corner_vertices, list_ways
 
 log = logging.getLogger(__name__)
 
@@ -82,10 +83,6 @@ class Plan:
     def score(self) -> float:
         """Mean score of the sweeps."""
         return float(np.mean([way.score for way in self.ways]))
-
-
-Shared = dict[int, list[tuple[int, int]]]
-"""Face key to the cells and local faces that have it."""
 
 
 def shared_faces(part: Part) -> Shared:
@@ -320,7 +317,8 @@ class _Search:
                 followers[earlier].append(cell)
         while len(found) < len(chosen):
             if not ready:
-                begin = self.begin_around(chosen, {cell for cell, before in after.items() if before})
+                ways = {cell: self.ways[cell][way] for cell, way in chosen.items()}
+                begin = begin_around(self.part, ways, self.shared, {cell for cell, before in after.items() if before})
                 if begin is None:
                     return None
                 after[begin].clear()
@@ -333,45 +331,6 @@ class _Search:
                     if not after[later]:
                         ready.append(later)
         return found
-
-    def begin_around(self, chosen: dict[int, int], waiting: Set[int]) -> int | None:
-        """The first of cells that follow each other around a ring, so that its quads come back to themselves; or None.
-
-        The last cell finds both caps meshed then, with quads that answer each other.
-        """
-        for first in sorted(waiting):
-            cell, seen = first, set[int]()
-            landed: dict[int, int] | None = None
-            while cell not in seen and cell in waiting:
-                seen.add(cell)
-                sweep, keys = self.ways[cell][chosen[cell]].fill, self.part.solids[cell].vertex_keys
-                if not isinstance(sweep, Sweep):
-                    break
-                outline = [sweep.solid.first_vertex(edge) for loop in sweep.source_loops for edge in loop]
-                step = {int(keys[v]): int(keys[over(sweep, v)]) for v in outline if over(sweep, v) >= 0}
-                landed = step if landed is None else {v: step.get(at, -1) for v, at in landed.items()}
-                cell = self.continued(chosen, cell)
-            if seen and cell == first and landed and all(v == at for v, at in landed.items()):
-                return first
-        return None
-
-    def continued(self, chosen: dict[int, int], cell: int) -> int:
-        """The chosen cell whose source is the target of another one; -1 where there is none."""
-        target = self.cap_keys(cell, chosen[cell], "last")
-        users = self.shared.get(min(target), []) if target else []
-        return next(
-            (
-                other
-                for other, _ in users
-                if other != cell and other in chosen and self.cap_keys(other, chosen[other], "first") == target
-            ),
-            -1,
-        )
-
-    def cap_keys(self, cell: int, way: int, role: Role) -> set[int]:
-        """Keys of the faces that have a role in a way of a cell."""
-        keys = self.part.solids[cell].face_keys.tolist()
-        return {key for key, own in zip(keys, self.ways[cell][way].roles, strict=True) if own == role}
 
     def contradiction(self, component: Sequence[int], *, exhausted: bool = False) -> PlanError:
         """Say which faces the search failed at most often."""

@@ -132,9 +132,8 @@ class BestCells:
                 return
             log.info("%d cells given up: %s", len(found.part.solids), error)
             self.failure, self.chosen = self.failure or error, self.chosen or found
-            self.most_hexes = max(
-                self.most_hexes, self.n_hexes
-            )  # whatever its size, another is tried where none is valid
+            # Whatever its size, another is tried where none is valid.
+            self.most_hexes = max(self.most_hexes, self.n_hexes)
         else:
             self.n_hexes += mesh.n_hexes
             if worst_of(mesh) > self.worst:
