@@ -8,14 +8,15 @@ two at a time, always those whose edges are the least missed for what their goin
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from math import pi
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from ..arrays import BoolArray, FloatArray, IntArray, distinct
+from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Edge, Solid
 from ..errors import SurfaceMeshError
 from ..harmonic import sides_of
@@ -29,8 +30,6 @@ _ASTRAY = 2.0
 """Cells from a place of an edge within which its faces have to meet on the skin."""
 _ALONG = np.array([0.2, 0.5, 0.8])
 """Places of an edge that are looked at."""
-
-Counts = Counter[tuple[str, int, int]]
 
 
 class Parted(NamedTuple):
@@ -55,12 +54,36 @@ class Parted(NamedTuple):
 
     def bordering(self, of_face: IntArray) -> IntArray:
         """For every piece a number that says which two faces are beside it, -1 inside one."""
-        low, high = np.sort(of_face[self.faces], axis=1).T
-        return np.where(low == high, -1, low * len(of_face) + high)
+        one, other = of_face[self.faces].T
+        return np.where(one == other, -1, np.minimum(one, other) * len(of_face) + np.maximum(one, other))
 
-    def counts(self, of_face: IntArray) -> Counts:
-        """What two of them must have alike, once faces with the same number in `of_face` (n_faces,) are one."""
-        sides, n = of_face[self.faces], int(of_face.max()) + 1
+    def in_runs(self) -> tuple[Parted, IntArray]:
+        """The same with pieces that follow each other made one, without places; and which one each (s,) has become.
+
+        What is counted stays as it is: between the same two faces a piece and a node more or less are as good as none.
+        """
+        degree = np.bincount(self.ends.ravel())
+        order = np.argsort(self.ends, axis=None, kind="stable")
+        nodes = self.ends.ravel()[order]
+        follows = np.flatnonzero((nodes[1:] == nodes[:-1]) & (degree[nodes[1:]] == 2))
+        one, other = order[follows] // 2, order[follows + 1] // 2
+        graph = coo_array((np.ones(len(one)), (one, other)), shape=(len(self.ends), len(self.ends)))
+        n_runs, run = connected_components(graph, directed=False)
+        ends, faces = np.empty((n_runs, 2), dtype=np.int64), np.empty((n_runs, 2), dtype=np.int64)
+        ends[run], faces[run] = self.ends[:, :1], self.faces  # of a ring any node
+        is_end = degree[self.ends] != 2
+        of_end = np.repeat(run, 2)[is_end.ravel()]
+        in_turn = np.argsort(of_end, kind="stable")
+        ends[of_end[in_turn][::2]] = self.ends[is_end][in_turn].reshape(-1, 2)
+        return Parted(ends, faces, self.euler, np.empty((n_runs, 0, 3))), run.astype(np.int64)
+
+    def counts(self, of_face: IntArray) -> tuple[IntArray, int]:
+        """What two of them must have alike, once faces with the same number in `of_face` (n,) are one.
+
+        Runs of edges between every two faces (n, n), low first, and on the diagonal the Euler number of each; and the
+        number of vertices.
+        """
+        sides, n = of_face[self.faces], len(of_face)
         is_border = sides[:, 0] != sides[:, 1]
         n_nodes = int(self.ends.max(initial=-1)) + 1
         at = distinct((sides[:, :, None] * n_nodes + self.ends[:, None]).ravel())
@@ -69,11 +92,8 @@ class Parted(NamedTuple):
         holes -= np.bincount(sides[:, 0], minlength=n) + np.bincount(sides[is_border, 1], minlength=n)
         runs = np.empty((n, n), dtype=np.int64)
         n_vertices = count_runs(self.ends, sides, n_nodes, runs)
-        found: Counts = Counter({("face", face, face): value for face, value in enumerate(holes.tolist())})
-        for f, g in np.argwhere(runs).tolist():
-            found["edges", f, g] = int(runs[f, g])
-        found["vertices", -1, -1] = int(n_vertices)
-        return found
+        np.fill_diagonal(runs, holes)
+        return runs, int(n_vertices)
 
 
 def missed(edge: Edge) -> float:
@@ -81,22 +101,46 @@ def missed(edge: Edge) -> float:
     return edge.length * (_FLAT + abs(edge.dihedral - pi) / pi)
 
 
+class Amiss(NamedTuple):
+    """By how much two differ: in what is between every two faces (n, n), and in all."""
+
+    between: IntArray
+    total: int
+
+
 class Compared(NamedTuple):
-    """The model and a skin, and which pieces (n, k, s) of edges of this are near places of edges of that."""
+    """The model and a skin, and where these are near each other: an edge of that, one of its places, a run of this.
+
+    Attributes
+    ----------
+    model, grid : Parted
+    edges, places, runs : (k,) int64
+    """
 
     model: Parted
     grid: Parted
-    near: BoolArray
+    edges: IntArray
+    places: IntArray
+    runs: IntArray
 
-    def differing(self, of_face: IntArray) -> Counts:
-        """By how much each of the counts differs, where it does, and how many edges are astray."""
-        one, other = self.model.counts(of_face), self.grid.counts(of_face)
-        found = {key: abs(one[key] - other[key]) for key in one.keys() | other.keys() if one[key] != other[key]}
+    @classmethod
+    def of(cls, model: Parted, grid: Parted, reach: float) -> Compared:
+        """Near are places within `reach`."""
+        away = np.linalg.norm(model.places[:, :, None] - grid.places[:, 0], axis=3)
+        edges, places, pieces = np.nonzero(away < reach)
+        runs, run = grid.in_runs()
+        return cls(model, runs, *np.unique([edges, places, run[pieces]], axis=1))
+
+    def differing(self, of_face: IntArray) -> Amiss:
+        """By how much the counts differ, and whether an edge between two faces is astray."""
+        (one, n_one), (other, n_other) = self.model.counts(of_face), self.grid.counts(of_face)
+        between = np.abs(one - other)
         wanted, had = self.model.bordering(of_face), self.grid.bordering(of_face)
-        is_there = (self.near & (wanted[:, None] == had[None])[:, None]).any(axis=2).all(axis=1)
-        for edge in np.flatnonzero((wanted >= 0) & ~is_there).tolist():
-            found["astray", *np.sort(of_face[self.model.faces[edge]]).tolist()] = 1
-        return Counter(found)
+        is_there = np.zeros(self.model.places.shape[:2], dtype=bool)
+        alike = wanted[self.edges] == had[self.runs]
+        is_there[self.edges[alike], self.places[alike]] = True
+        between.ravel()[distinct(wanted[(wanted >= 0) & ~is_there.all(axis=1)])] += 1
+        return Amiss(between, int(between.sum()) + abs(n_one - n_other))
 
 
 def let_go(  # noqa: PLR0917
@@ -131,28 +175,32 @@ def let_go(  # noqa: PLR0917
         Too many edges would have to go.
     """
     model, grid = _of_model(solid), _of_skin(points, quads, labels, len(solid.faces))
-    away = np.linalg.norm(model.places[:, :, None] - grid.places[:, 0], axis=3)
-    compared = Compared(model, grid, away < _ASTRAY * size)
+    compared = Compared.of(model, grid, _ASTRAY * size)
     prices = np.array([missed(edge) for edge in solid.edges])
     joined: list[tuple[int, int]] = []
-    while amiss := compared.differing(of_face := _as_one(len(solid.faces), [*asked, *joined])):
-        touched = {face for _, *faces in amiss for face in faces}
-        sides = np.sort(of_face[model.faces], axis=1)
+    while (amiss := compared.differing(of_face := _as_one(len(solid.faces), [*asked, *joined]))).total:
+        touched = set(np.argwhere(amiss.between).ravel().tolist())
+        sides, beside = np.unique(np.sort(of_face[model.faces], axis=1), axis=0, return_inverse=True)
+        price = np.bincount(beside.ravel(), weights=prices)
         best: tuple[float, tuple[int, int]] | None = None
-        for one, other in np.unique(sides[sides[:, 0] != sides[:, 1]], axis=0).tolist():
-            if one in touched or other in touched:
-                on_step()
-                tried = np.where(of_face == other, one, of_face)
-                mends = amiss.total() - compared.differing(tried).total()
-                price = float(prices[(sides == (one, other)).all(axis=1)].sum())
-                if mends > 0 and (best is None or price / mends < best[0]):
-                    best = price / mends, (one, other)
+        for i in np.argsort(price, kind="stable"):
+            one, other = sides[i].tolist()
+            if one == other or not touched & {one, other}:
+                continue
+            if best is not None and price[i] > best[0] * amiss.total:
+                break  # it cannot mend more than all
+            on_step()
+            tried = np.where(of_face == other, one, of_face)
+            mends = amiss.total - compared.differing(tried).total
+            if mends > 0:
+                found = float(price[i]) / mends, (one, other)
+                best = found if best is None else min(best, found)
         if best is None:
             raise SurfaceMeshError("its skin has another topology than the model, whatever edges are let go")
         joined.append(best[1])
     for pair in tuple(joined):  # what came later may have done without it
         rest = [other for other in joined if other != pair]
-        if not compared.differing(_as_one(len(solid.faces), [*asked, *rest])):
+        if not compared.differing(_as_one(len(solid.faces), [*asked, *rest])).total:
             joined = rest
     of_face = _as_one(len(solid.faces), [*asked, *joined])
     if prices[model.bordering(of_face) < 0].sum() > _MOST * prices.sum():

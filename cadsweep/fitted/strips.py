@@ -10,7 +10,7 @@ What it does not handle: faces whose loops touch, or are too close for the grid 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -38,12 +38,27 @@ def lay_strips(solid: Solid, mesh: Fitted, size: float, on_step: Callable[[], No
     """
     laid: set[tuple[int, int]] = set()
     loops = [_Loops.of(solid, face) for face in solid.faces]
-    while (found := _worst(solid, mesh, loops, laid, size)) is not None:
+    known: dict[int, tuple[bytes, list[_Strip]]] = {}
+    while True:
+        segments, pairs = sides_of(mesh.quads)
+        beside = mesh.labels[pairs]
+        is_border = beside[:, 0] != beside[:, 1]
+        segments, beside = segments[is_border], beside[is_border]
+        for face in solid.faces:  # but few have changed since the last strip
+            own = (beside == face.id).any(axis=1)
+            sides, others = segments[own], beside[own].sum(axis=1) - face.id
+            places = mesh.points[sides]
+            key = b"".join(array.tobytes() for array in (sides, others, places))
+            if face.id not in known or known[face.id][0] != key:
+                known[face.id] = key, list(_amiss(solid, face, loops[face.id], sides, others, places, size))
+        left = [strip for _, found in known.values() for strip in found if (strip.face, strip.loop) not in laid]
+        if not left:
+            return mesh
         on_step()
-        face, loop, labels = found
-        laid.add((face, loop))
-        mesh = with_rim(mesh if mesh.has_skin else with_skin(solid, mesh, size), face, labels).mesh
-    return mesh
+        worst = max(left, key=lambda strip: strip.order)
+        laid.add((worst.face, worst.loop))
+        skin = mesh if mesh.has_skin else with_skin(solid, mesh, size)
+        mesh = with_rim(skin, worst.face, worst.beyond(solid, skin.points)).mesh
 
 
 class _Loops(NamedTuple):
@@ -64,38 +79,54 @@ class _Loops(NamedTuple):
         )
 
 
-def _worst(
-    solid: Solid, mesh: Fitted, loops: Sequence[_Loops], laid: set[tuple[int, int]], size: float
-) -> tuple[int, int, dict[tuple[int, int], int]] | None:
-    """The face, the number of its loop, and the faces that belong beyond the sides of that, of the loop most amiss."""
-    segments, pairs = sides_of(mesh.quads)
-    labels = mesh.labels[pairs]
-    best: tuple[tuple[bool, int], int, int, dict[tuple[int, int], int]] | None = None
-    for face in solid.faces:
-        own = (labels == face.id).any(axis=1) & (labels[:, 0] != labels[:, 1])
-        sides, others = segments[own], labels[own].sum(axis=1) - face.id
-        if not own.any() or np.bincount(sides.ravel()).max() > 2:  # a sheet around it would touch itself
+class _Strip(NamedTuple):
+    """A loop of a face with other faces beyond it than in the model.
+
+    Attributes
+    ----------
+    order : (bool, int)
+        Which comes first, the highest.
+    face, loop : int
+    run : list of (int, bool)
+        The edges of the loop, directed, head to tail.
+    path : list of int
+        Nodes around it, the first again at the end.
+    """
+
+    order: tuple[bool, int]
+    face: int
+    loop: int
+    run: list[tuple[int, bool]]
+    path: list[int]
+
+    def beyond(self, solid: Solid, points: FloatArray) -> dict[tuple[int, int], int]:
+        """The face that belongs beyond each side of the path, both ways."""
+        wanted = {}
+        for edge, nodes in divided(solid, self.run, self.path, points):
+            for a, b in itertools.pairwise(nodes.tolist()):
+                wanted[a, b] = wanted[b, a] = sum(solid.edges[edge].faces) - self.face
+        return wanted
+
+
+def _amiss(  # noqa: PLR0917
+    solid: Solid, face: Face, loops: _Loops, sides: IntArray, others: IntArray, places: FloatArray, size: float
+) -> Iterator[_Strip]:
+    """The loops of a face that are amiss, of its sides (s, 2) on a skin, the faces (s,) beyond, and places (s, 2, 3)."""
+    if not len(sides) or np.bincount(sides.ravel()).max() > 2:  # a sheet around it would touch itself
+        return
+    rings = _rings(sides)
+    if len(rings) != len(face.loops):
+        return
+    for j, loop in _near(loops, [(places[r], others[r]) for r in rings], size):
+        ring = rings[j]
+        run, path = _in_turn(solid, face.loops[loop].edges), _path(sides[ring])
+        if run is None or path is None or len(ring) < len(run):
             continue
-        rings = _rings(sides, len(mesh.points))
-        if len(rings) != len(face.loops):
-            continue
-        for j, loop in _near(loops[face.id], [(mesh.points[sides[r]], others[r]) for r in rings], size):
-            ring = rings[j]
-            run, path = _in_turn(solid, face.loops[loop].edges), _path(sides[ring])
-            if run is None or path is None or len(ring) < len(run) or (face.id, loop) in laid:
-                continue
-            beyond = [sum(solid.edges[e].faces) - face.id for e, _ in run]
-            between = dict(zip(map(frozenset, sides[ring].tolist()), others[ring].tolist(), strict=True))
-            met = [between[frozenset(side)] for side in itertools.pairwise(path)]
-            n = sum(other not in beyond for other in met)
-            order = (len(set(beyond)) == 1, n)  # where one face is beyond, it cannot be divided wrongly
-            if n and (best is None or order > best[0]):
-                wanted = {}
-                for edge, nodes in divided(solid, run, path, mesh.points):
-                    for a, b in itertools.pairwise(nodes.tolist()):
-                        wanted[a, b] = wanted[b, a] = sum(solid.edges[edge].faces) - face.id
-                best = order, face.id, loop, wanted
-    return None if best is None else best[1:]
+        beyond = {sum(solid.edges[e].faces) - face.id for e, _ in run}
+        between = dict(zip(map(frozenset, sides[ring].tolist()), others[ring].tolist(), strict=True))
+        n = sum(between[frozenset(side)] not in beyond for side in itertools.pairwise(path))
+        if n:  # where one face is beyond, it cannot be divided wrongly
+            yield _Strip((len(beyond) == 1, n), face.id, loop, run, path)
 
 
 def _in_turn(solid: Solid, edges: tuple[int, ...]) -> list[tuple[int, bool]] | None:
@@ -127,11 +158,13 @@ def _path(sides: IntArray) -> list[int] | None:
     return path
 
 
-def _rings(sides: IntArray, n_nodes: int) -> list[IntArray]:
+def _rings(sides: IntArray) -> list[IntArray]:
     """Which of the sides (s, 2) hang together."""
-    graph = coo_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(n_nodes, n_nodes))
-    of_node = connected_components(graph, directed=False)[1]
-    return [np.flatnonzero(of_node[sides[:, 0]] == piece) for piece in np.unique(of_node[sides[:, 0]])]
+    nodes, ends = np.unique(sides, return_inverse=True)
+    one, other = ends.reshape(-1, 2).T
+    graph = coo_array((np.ones(len(sides)), (one, other)), shape=(len(nodes), len(nodes)))
+    n_rings, of_node = connected_components(graph, directed=False)
+    return [np.flatnonzero(of_node[one] == ring) for ring in range(n_rings)]
 
 
 def _near(loops: _Loops, rings: list[tuple[FloatArray, IntArray]], size: float) -> Iterator[tuple[int, int]]:

@@ -207,7 +207,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         if row == CELLS and is_searched and best is not None:
             continue  # they were looked for before the sweep was smoothed
         if best is None and row == CELLS and not is_early:
-            _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
+            _refuse_touching(part, refused, run)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
                 before = _Before(refused, best, 0.0 if enough else SECOND_LOOK if is_early and row == CELLS else share)
@@ -238,7 +238,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
     if not options.decompose:
-        _refuse_touching(part, refused)
+        _refuse_touching(part, refused, run)
     raise refused
 
 
@@ -271,7 +271,7 @@ def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
     return not asked_in_vain(options)
 
 
-def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
+def _refuse_touching(part: Part, refused: CadSweepError | None, run: Run) -> None:
     """Raise what no way can mend: that faces of the solid touch, where that is looked for.
 
     Raises
@@ -279,7 +279,8 @@ def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
     CadError
         The two faces and the place.
     """
-    if refused is None or isinstance(refused, InputError) or len(part.solids[0].faces) > _MOST_LOOKED_AT:
+    is_asked = len(part.solids[0].faces) <= _MOST_LOOKED_AT and not run.is_over()
+    if refused is None or isinstance(refused, InputError) or not is_asked:
         return
     touching = touching_of(part.solids[0], refused)
     if touching is not None:

@@ -7,6 +7,7 @@ between faces takes seconds on splines: too long for parts that are sound.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection
 from itertools import combinations
 
@@ -18,11 +19,13 @@ from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from ..shapes import FACE, SolidShape, bounds, near_boxes
+from ..shapes import FACE, SolidShape, bounds, is_plain, near_boxes
 from ..trial import attempted
 
 TOUCHES = 1e-6
 """Distance of two faces, as a share of the solid's size, up to which they touch."""
+SECONDS = 3.0
+"""Seconds of the processor for which pairs of faces are measured; two free-form ones take up to one of them."""
 
 
 def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[int, int] | None:
@@ -68,7 +71,8 @@ def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
     Returns
     -------
     (int, int, (3,) float64) or None
-        Their ids, the least first, and a place where they touch; None where there are none.
+        Their ids, the least first, and a place where they touch; None where there are none, or none among those that
+        there was time for: planes and cylinders first.
     """
     pinched = _find_pinched(solid)
     if pinched is not None:
@@ -80,9 +84,15 @@ def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
     vertices = [{v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)} for face in solid.faces]
     boxes = np.array([bounds(face) for face in holder.faces])
     near = near_boxes(boxes, boxes, reach)
-    for one, other in combinations(range(len(vertices)), 2):
-        if not near[one, other] or vertices[one] & vertices[other]:
-            continue
+    apart = [
+        (one, other)
+        for one, other in combinations(range(len(vertices)), 2)
+        if near[one, other] and not vertices[one] & vertices[other]
+    ]
+    began = time.process_time()
+    for one, other in sorted(apart, key=lambda pair: not all(map(is_plain, (holder.faces[f] for f in pair)))):
+        if time.process_time() - began > SECONDS:
+            break
         try:
             between = BRepExtrema_DistShapeShape(holder.faces[one], holder.faces[other])
         except StdFail_NotDone:  # two tori, say, whose distance OpenCASCADE cannot find: not known to touch
