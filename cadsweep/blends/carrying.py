@@ -14,10 +14,13 @@ Not handled: what untangling and smoothing are for.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
 
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Curve, Solid, Surface
@@ -176,10 +179,12 @@ def _laid(  # noqa: PLR0917
     solid: Solid, gone: Collection[int], patch_of: IntArray, points: FloatArray, segments: IntArray, faces: IntArray
 ) -> tuple[list[LaidLine], FloatArray, BoolArray, BoolArray]:
     """Lines of segments (s, 2) between faces (s, 2) on the model, where points are then, and what `_lines` finds."""
-    runs, patches = find_runs(solid, patch_of), patch_of[faces]
+    close = _SAME * solid.size
+    away, _ = cKDTree(points[np.unique(segments)]).query(solid.vertices)
+    runs, patches = find_runs(solid, patch_of, set(np.flatnonzero(away <= close).tolist())), patch_of[faces]
     is_line, is_inner = _lines(solid, gone, runs, points, segments, faces, patches)
     corners = [solid.vertices[v] for v in sorted({v for run in runs if not run.is_closed for v in run.ends})]
-    lines = find_lines(segments[is_line], np.sort(patches[is_line], axis=1), points, corners, _SAME * solid.size)
+    lines = find_lines(segments[is_line], np.sort(patches[is_line], axis=1), points, corners, close)
     laid, found = _on_runs(solid, gone, runs, lines, points)
     return laid, found, is_line, is_inner
 
@@ -205,10 +210,7 @@ def _lines(  # noqa: PLR0917
         if not len(own):
             continue
         off = run.distance(points[segments[own].ravel()]).reshape(-1, 2).max(axis=1)
-        found = own[off < _SAME * solid.size]
-        if any(set(edge.faces) & set(gone) for edge in run.edges):
-            found = own[_hanging(segments[own], faces[own], np.isin(own, found))]
-        is_line[found] = True
+        is_line[own[_hanging(segments[own], faces[own], off < _SAME * solid.size)]] = True
     return is_line, is_inner & ~is_line
 
 
@@ -234,7 +236,7 @@ def _on_runs(
 
     What of a sharp edge within a patch is in a mitre of blends may be left out: the design has a corner there.
     """
-    run_of = [_nearest_run(solid, runs, line, points) for line in lines]
+    run_of = _runs_of(solid, runs, lines, points)
     at_end: dict[int, list[int]] = {}
     for line, r in zip(lines, run_of, strict=True):
         for node in line.nodes[[0, -1]].tolist():
@@ -256,13 +258,27 @@ def _on_runs(
     return laid, found
 
 
-def _nearest_run(solid: Solid, runs: Sequence[Run], line: Line, points: FloatArray) -> int:
-    own = [r for r, run in enumerate(runs) if run.pair == line.pair]
-    if not own:
-        where = solid.units.place(points[line.nodes[0]])
-        raise SurfaceMeshError(f"the design has an edge at ({where}) that the model has not")
-    away = [float(runs[r].distance(points[line.nodes]).mean()) for r in own]
-    return own[int(np.argmin(away))]
+def _runs_of(solid: Solid, runs: Sequence[Run], lines: Sequence[Line], points: FloatArray) -> list[int]:
+    """The run that each line goes on: near to it, and between two patches so that none is left without a line."""
+    found = [0] * len(lines)
+    by_pair: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for number, line in enumerate(lines):
+        by_pair[line.pair].append(number)
+    for pair, own in by_pair.items():
+        there = [r for r, run in enumerate(runs) if run.pair == pair]
+        if not there:
+            where = solid.units.place(points[lines[own[0]].nodes[0]])
+            raise SurfaceMeshError(f"the design has an edge at ({where}) that the model has not")
+        away = np.array([[runs[r].distance(points[lines[i].nodes]).mean() for r in there] for i in own])
+        nearest = away.argmin(axis=1)
+        n_more = len(own) - len(there)
+        if pair[0] != pair[1] and n_more >= 0:
+            any_run = np.repeat(away.min(axis=1, keepdims=True), n_more, axis=1)
+            _, chosen = linear_sum_assignment(np.concatenate([away, any_run], axis=1))
+            nearest = np.where(chosen < len(there), chosen, nearest)
+        for i, k in zip(own, nearest.tolist(), strict=True):
+            found[i] = there[k]
+    return found
 
 
 def _place(solid: Solid, runs: Sequence[Run], point: FloatArray) -> FloatArray:

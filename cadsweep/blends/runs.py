@@ -7,6 +7,7 @@ edges of a run there is no corner of the design, and nodes need not be at that v
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import pi
 
@@ -137,8 +138,12 @@ def as_curve(run: Run, first: float, last: float) -> Curve:
     return Stretch(run=run, first=first, last=last)
 
 
-def find_runs(solid: Solid, patches: IntArray) -> list[Run]:
-    """Runs of the edges of a solid that are between two patches, or sharp within one."""
+def find_runs(solid: Solid, patches: IntArray, corners: Collection[int]) -> list[Run]:
+    """Runs of the edges of a solid that are between two patches, or sharp within one.
+
+    They go on around a kink, but for one at a vertex that is among the `corners`: a design has an edge go straight on
+    where a blend of the model ends with one.
+    """
     at: dict[int, list[int]] = defaultdict(list)
     sharp = [edge.id for edge in solid.edges if _is_line(edge, patches)]
     for e in sharp:
@@ -152,6 +157,8 @@ def find_runs(solid: Solid, patches: IntArray) -> list[Run]:
     def goes_on(vertex: int) -> bool:
         if len(at[vertex]) != 2 or at[vertex][0] == at[vertex][1] or pair(at[vertex][0]) != pair(at[vertex][1]):
             return False
+        if vertex not in corners:
+            return True
         one, other = (_leaving(solid.edges[e], vertex) for e in at[vertex])
         return bool(one @ other < -np.cos(_KINK))
 

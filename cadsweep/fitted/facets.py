@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..arrays import FloatArray, IntArray
+from .facet_kernels import nearest_triangles
 
 _LOOKED_AT = 6
 """Samples near a point whose facets are looked at: six share a node in most triangulations."""
@@ -66,28 +67,4 @@ class Nearest:
         """Distances (m,) of points (m, 3), and the nearest triangle (m,) of each."""
         k = min(_LOOKED_AT, len(self.owners))
         seen = self.owners[self.tree.query(points, k=list(range(1, k + 1)))[1]]
-        away = np.stack([_distances(points, self.corners[seen[:, j]]) for j in range(k)], axis=1)
-        best = np.argmin(away, axis=1)
-        rows = np.arange(len(points))
-        return away[rows, best], seen[rows, best]
-
-
-def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
-    """Distances (m,) of points (m, 3) from triangles (m, 3, 3)."""
-    first, along, across = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    off = points - first
-    a, b, c = (np.einsum("md,md->m", x, y) for x, y in ((along, along), (along, across), (across, across)))
-    d, e = np.einsum("md,md->m", off, along), np.einsum("md,md->m", off, across)
-    area = np.maximum(a * c - b * b, 1e-300)
-    u, v = (c * d - b * e) / area, (a * e - b * d) / area
-    inside = (u >= 0) & (v >= 0) & (u + v <= 1)
-    u, v = np.where(inside, (u, v), 0.0)  # of needles they overflow
-    flat = np.linalg.norm(off - u[:, None] * along - v[:, None] * across, axis=1)
-    sides = [_off_segment(points, corners[:, j], corners[:, j - 2]) for j in range(3)]
-    return np.where(inside, flat, np.min(sides, axis=0))
-
-
-def _off_segment(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    step = end - start
-    share = np.einsum("md,md->m", points - start, step) / np.maximum(np.einsum("md,md->m", step, step), 1e-300)
-    return np.asarray(np.linalg.norm(points - start - np.clip(share, 0.0, 1.0)[:, None] * step, axis=1))
+        return nearest_triangles(np.ascontiguousarray(points, dtype=np.float64), self.corners, seen)

@@ -76,7 +76,7 @@ def test_a_place_on_a_patch_is_found_again_also_at_the_bent_border_of_two_blends
 def test_a_run_goes_on_where_a_blend_ends_and_its_fractions_are_of_its_length():
     solid, patch_of = rounded_bar()
     top = next(face.id for face in solid.faces if face.normal[2] > 0.9)
-    runs = [run for run in find_runs(solid, patch_of) if patch_of[top] in run.pair]
+    runs = [run for run in find_runs(solid, patch_of, range(len(solid.vertices))) if patch_of[top] in run.pair]
     assert sorted(len(run.edges) for run in runs) == [1, 1, 3]
     (run,) = [run for run in runs if len(run.edges) == 3]
     assert run.length * solid.units.scale == pytest.approx(10 + np.pi + 6)
