@@ -22,14 +22,14 @@ def _less(a, b, share):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _off_segment(off, step):  # type: ignore[no-untyped-def]
-    """Squared distance of a point from a segment; `off` and `step` are the point's place and the end's, off its start."""
+    """Squared distance of a point from a segment, given the place of the point and of its end, both off its start."""
     foot = _less(off, step, min(max(_dot(off, step) / max(_dot(step, step), 1e-300), 0.0), 1.0))
     return _dot(foot, foot)
 
 
 @_compiled
 def nearest_triangles(points, corners, seen):  # type: ignore[no-untyped-def]
-    """Of triangles ``corners`` (t, 3, 3) those ``seen`` (m, k) from points (m, 3): the least distance (m,), and whose."""
+    """Of ``points`` (m, 3) the distance (m,) from the nearest of the triangles ``seen`` (m, k) from each, and which."""
     away, nearest = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
     for i in range(len(points)):
         best, nearest[i] = np.inf, seen[i, 0]

@@ -111,7 +111,7 @@ class _Strip(NamedTuple):
 def _amiss(  # noqa: PLR0917
     solid: Solid, face: Face, loops: _Loops, sides: IntArray, others: IntArray, places: FloatArray, size: float
 ) -> Iterator[_Strip]:
-    """The loops of a face that are amiss, of its sides (s, 2) on a skin, the faces (s,) beyond, and places (s, 2, 3)."""
+    """The loops of a face that are amiss, from its sides (s, 2) on a skin, the faces (s,) beyond, and their places."""
     if not len(sides) or np.bincount(sides.ravel()).max() > 2:  # a sheet around it would touch itself
         return
     rings = _rings(sides)

@@ -354,8 +354,7 @@ def _mesh_design(part: Part, options: SweepOptions, run: Run, before: _Before) -
     def mesh_it(design: Part, options: SweepOptions, run: Run) -> AnyMesh:
         others = [DESIGN, FITTED] if before.share else [DESIGN, FITTED, CELLS]  # no search where a mesh is there
         with rows.without(others):
-            own = replace(run, decompose_time=DESIGN_LOOK * run.decompose_time)
-            return _by_ways(design, options, own, DESIGN_LOOK * before.share)
+            return _by_ways(design, options, run.for_share(DESIGN_LOOK), DESIGN_LOOK * before.share)
 
     return mesh_design(part, options, run, mesh_it)
 

@@ -111,9 +111,11 @@ class Run:
 
     def is_late(self) -> bool:
         """Whether cuts have been looked for as long as they may be."""
-        return (
-            sum(self._searched) + sum(spent() - start for start in self._since) > self.decompose_time or self.is_over()
-        )
+        return self._looked() > self.decompose_time or self.is_over()
+
+    def _looked(self) -> float:
+        """Seconds for which cuts have been looked for."""
+        return sum(self._searched) + sum(spent() - start for start in self._since)
 
     def is_over(self, takes: float = 0.0) -> bool:
         """Whether nothing more is to be begun, or nothing that takes that many seconds."""
@@ -133,8 +135,9 @@ class Run:
         return Run(on_progress=silent, decompose_time=seconds, total=seconds)
 
     def for_share(self, share: float) -> Run:
-        """The same run with less time for cuts: what they take is taken from the rest, too."""
-        return replace(self, decompose_time=share * self.decompose_time)
+        """The same run with a share of the time that is left for cuts: what they take is taken from the rest, too."""
+        looked = self._looked()
+        return replace(self, decompose_time=looked + share * max(0.0, self.decompose_time - looked))
 
     def anew(self) -> Run:
         """The same run with all its time again, for another solid."""

@@ -85,7 +85,7 @@ def mesh_bridged_or_plain(
     few &= not any(cad.has_sharp_corners(solid) for solid in found.solids)
     try:
         with rows.share() as own, rows.without(last if few else [*last, *slow]):
-            made.append((mesh_it(found, options, run, LOOK), {*own, TIPS}))
+            made.append((mesh_it(found, options, run.for_share(LOOK), LOOK), {*own, TIPS}))
     except CadSweepError as error:
         log.info("not with its tips bridged: %s", error)
     if not made or min(reached_by(made[0][0], solid) for solid in found.solids) < SMOOTH_BELOW:

@@ -9,7 +9,8 @@ import pytest
 import cadsweep as cs
 from cadsweep import cad
 from cadsweep.blends import find_blends
-from cadsweep.blends.carrying import check_edges
+from cadsweep.blends.carrying import _runs_of, check_edges
+from cadsweep.blends.lines import Line
 from cadsweep.blends.patches import find_patches
 from cadsweep.errors import SurfaceMeshError
 
@@ -60,3 +61,25 @@ def test_an_edge_that_the_model_has_not_is_told_with_its_place(designed):
     alone = np.arange(len(solid.faces))  # no two faces are one patch: where a blend went, they do not meet
     with pytest.raises(SurfaceMeshError, match=r"has an edge at \(.*\) that the model has not"):
         check_edges(solid, design.gone, alone, design.part.solids[0], own)
+
+
+class Straight:
+    """A run between patches 1 and 2 along a line through a height, from one x on."""
+
+    pair = (1, 2)
+
+    def __init__(self, height, start):
+        self.height, self.start = height, start
+
+    def distance(self, points):
+        return np.hypot(np.maximum(self.start - points[:, 0], 0.0), points[:, 1] - self.height)
+
+
+def test_no_run_is_left_without_a_line_though_another_one_is_nearer_to_all():
+    runs = [Straight(0.0, 0.0), Straight(1.0, 2.0)]
+    points = np.array([[0.0, 0.0], [2.0, 0.1], [2.0, 0.1], [3.0, 0.4], [3.0, 0.4], [4.0, 0.0]])
+    lines = [Line(nodes=np.array(nodes), pair=(1, 2)) for nodes in ([0, 1], [2, 3], [4, 5])]
+    assert all(
+        runs[0].distance(points[line.nodes]).mean() < runs[1].distance(points[line.nodes]).mean() for line in lines
+    )
+    assert _runs_of(None, runs, lines, points) == [0, 1, 0]

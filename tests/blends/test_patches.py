@@ -1,5 +1,7 @@
 """Patches of faces as one surface, and runs of edges as one curve."""
 
+from dataclasses import replace
+
 import cadquery as cq
 import numpy as np
 import pytest
@@ -87,3 +89,22 @@ def test_a_run_goes_on_where_a_blend_ends_and_its_fractions_are_of_its_length():
     steps = np.linalg.norm(np.diff(run.evaluate(np.linspace(0.0, 1.0, 2001)), axis=0), axis=1)
     np.testing.assert_allclose(steps.sum(), run.length, rtol=1e-6)
     np.testing.assert_allclose(steps, steps.mean(), rtol=1e-3)
+
+
+def test_a_kink_is_a_corner_of_a_run_only_where_the_design_has_one():
+    solid, patch_of = rounded_bar()
+    top = next(face.id for face in solid.faces if face.normal[2] > 0.9)
+    every = range(len(solid.vertices))
+    (long,) = [run for run in find_runs(solid, patch_of, every) if patch_of[top] in run.pair and len(run.edges) == 3]
+    first, second = long.edges[:2]
+    (joint,) = {first.start, first.end} & {second.start, second.end}
+    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    edges = list(solid.edges)
+    edges[first.id] = replace(first, tangents=first.tangents @ turned)
+    kinked = replace(solid, edges=tuple(edges))
+
+    def lengths(corners):
+        return sorted(len(run.edges) for run in find_runs(kinked, patch_of, corners) if run.pair == long.pair)
+
+    assert lengths(set(every) - {joint}) == [3]
+    assert lengths({joint}) == [1, 2]

@@ -39,6 +39,21 @@ def test_a_run_has_its_time_and_more_where_cuts_are_given_more():
     assert not replace(over, total=SECONDS).is_over()
 
 
+def test_a_share_is_of_the_time_that_is_left_and_what_it_takes_is_taken_from_the_rest():
+    run = make_run(None, 10.0)
+    half = run.for_share(0.5)
+    assert half.decompose_time == 5.0
+    half._searched.append(4.0)
+    assert not half.is_late()
+    assert run.for_share(0.5).decompose_time == 4.0 + 0.5 * 6.0
+    half._searched.append(2.0)
+    assert half.is_late()
+    assert not run.is_late()
+    half._searched.append(9.0)
+    assert run.for_share(0.5).decompose_time == 15.0
+    assert run.is_late()
+
+
 def test_a_run_without_time_takes_the_first_that_it_finds():
     """Of a part that sweeps poorly, nothing but the first sweep is tried; there is a mesh all the same."""
     part = cq.Workplane().box(20, 20, 4)

@@ -24,8 +24,8 @@ from ..trial import attempted
 
 TOUCHES = 1e-6
 """Distance of two faces, as a share of the solid's size, up to which they touch."""
-SECONDS = 3.0
-"""Seconds of the processor for which pairs of faces are measured; two free-form ones take up to one of them."""
+SECONDS = 4.0
+"""Seconds of the processor for which faces are looked at; to measure two free-form ones takes up to one of them."""
 
 
 def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[int, int] | None:
@@ -50,7 +50,7 @@ def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[in
     checker = BOPAlgo_CheckerSI()
     checker.SetArguments(shapes)
     checker.SetNonDestructive(True)
-    if not attempted(checker.Perform, "looking for faces that cross"):
+    if not attempted(checker.Perform, "looking for faces that cross", seconds=SECONDS):
         return None
     found = checker.DS()
     pairs = []
