@@ -15,7 +15,6 @@ from .desk import Desk
 from .scene import EDGE, colored, lines_of, rgb, surface_of
 from .skins import Look, MeshView
 
-COLORS = ("quality", "size", "solid", "cell", "distance", "boundary")
 MOST_EDGES = 200_000
 """Quads up to which edges are drawn: beyond they are all that one sees."""
 _FIELDS = {"axis": "", "place": 0.5, "turned": False, "peel": 0, "apart": 0.0, "color": "quality"}

@@ -20,8 +20,6 @@ import numpy as np
 
 from ..errors import InputError, no_such_file
 
-_PREFIX = "mesh_"
-
 
 @contextmanager
 def reading(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:

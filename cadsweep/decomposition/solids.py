@@ -16,7 +16,7 @@ from ..arrays import FloatArray
 from ..brep import Edge, Face, Loop, Solid
 from .planar import Cell, Pool, Use
 from .tracing import basis
-from .vectors import Vector, cross, distance, dot, minus, times, turn, unit
+from .vectors import Vector, cross, distance, minus, times, turn, unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,13 +218,4 @@ def _angle(pool: Pool, loop: tuple[int, ...], j: int, out: Vector) -> float:
     return found if found > 0 else 2.0 * pi
 
 
-def flatness(pool: Pool, cell: Cell) -> float:
-    """Greatest distance of a vertex from the plane of its facet."""
-    return max(
-        abs(dot(pool.facets[f].normal, pool.points[v]) - pool.facets[f].offset)
-        for f, _ in cell
-        for v in pool.facets[f].vertices
-    )
-
-
-__all__ = ["LineCurve", "PlaneSurface", "flatness", "to_solid"]
+__all__ = ["LineCurve", "PlaneSurface", "to_solid"]

@@ -58,12 +58,6 @@ class RingMoments:
     normals: FloatArray
 
 
-def non_planarity(ring: FloatArray) -> float:
-    """R.m.s. offset of the nodes (m, n) from their best hyperplane, over their r.m.s. radius."""
-    values = np.linalg.svd(ring - ring.mean(axis=0), compute_uv=False)
-    return float(values[-1] / np.linalg.norm(values)) if len(ring) >= ring.shape[1] else 0.0
-
-
 def normal_share(delta: npt.ArrayLike) -> FloatArray:
     """Share of the normal in the map's action across the plane: 1 up to PLANAR, 0 from CURVED on, smooth between."""
     log_delta = np.log(np.maximum(delta, 1e-300))
