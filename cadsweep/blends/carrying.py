@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..brep import Curve, Solid, Surface
 from ..cells import HEX_EDGES
 from ..errors import SurfaceMeshError
@@ -180,7 +180,7 @@ def _laid(  # noqa: PLR0917
 ) -> tuple[list[LaidLine], FloatArray, BoolArray, BoolArray]:
     """Lines of segments (s, 2) between faces (s, 2) on the model, where points are then, and what `_lines` finds."""
     close = _SAME * solid.size
-    away, _ = cKDTree(points[np.unique(segments)]).query(solid.vertices)
+    away, _ = cKDTree(points[distinct(segments)]).query(solid.vertices)
     runs, patches = find_runs(solid, patch_of, set(np.flatnonzero(away <= close).tolist())), patch_of[faces]
     is_line, is_inner = _lines(solid, gone, runs, points, segments, faces, patches)
     corners = [solid.vertices[v] for v in sorted({v for run in runs if not run.is_closed for v in run.ends})]

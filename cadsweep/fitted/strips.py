@@ -47,10 +47,9 @@ def lay_strips(solid: Solid, mesh: Fitted, size: float, on_step: Callable[[], No
         for face in solid.faces:  # but few have changed since the last strip
             own = (beside == face.id).any(axis=1)
             sides, others = segments[own], beside[own].sum(axis=1) - face.id
-            places = mesh.points[sides]
-            key = b"".join(array.tobytes() for array in (sides, others, places))
+            key = sides.tobytes() + others.tobytes()  # nodes stay where they are
             if face.id not in known or known[face.id][0] != key:
-                known[face.id] = key, list(_amiss(solid, face, loops[face.id], sides, others, places, size))
+                known[face.id] = key, list(_amiss(solid, face, loops[face.id], sides, others, mesh.points[sides], size))
         left = [strip for _, found in known.values() for strip in found if (strip.face, strip.loop) not in laid]
         if not left:
             return mesh

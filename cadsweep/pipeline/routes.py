@@ -23,8 +23,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .. import cad, rows
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.joined import neighbours_of
@@ -59,7 +57,7 @@ from .origin import AnyMesh, made_of, worst_of
 from .parts import load
 from .run import Run
 from .tips import AFTER, mesh_bridged_or_plain
-from .wishes.local_sizes import with_largest_size
+from .wishes.local_sizes import noting_large, with_largest_size
 
 log = logging.getLogger(__name__)
 
@@ -128,7 +126,7 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
 def _mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     part = open_part(source, options, run)
     options = with_largest_size(part, options)
-    part = _noting_large(part, options)
+    part = noting_large(part, options)
     chosen = options.only is not None or options.skip is not None
     # These are about the source, which is open now.
     options = replace(options, params=None, part=None, names=None, suppress=None)
@@ -143,16 +141,6 @@ def _mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
 
         return mesh_assembly(part, options, run, mesh_solid)
     return mesh_solid(part, options, run)
-
-
-def _noting_large(part: Part, options: SweepOptions) -> Part:
-    """The part, with a note where a size is asked for that is larger than all of it: the unit may be another."""
-    corners = np.concatenate([solid.vertices for solid in part.solids])
-    wide = max(float(np.linalg.norm(np.ptp(corners, axis=0))), *(solid.size for solid in part.solids)) * part.scale
-    if options.size is None or options.size <= wide:
-        return part
-    note = f"size {options.size:g} is larger than the whole part, whose diagonal is {wide:.4g}: is the unit right?"
-    return replace(part, notes=(*part.notes, note))
 
 
 class _Before(NamedTuple):

@@ -130,6 +130,16 @@ def for_all_solids(part: Part, options: SweepOptions) -> SweepOptions:
     return replace(options, local_sizes=FoundSizes(part=part, field=field))
 
 
+def noting_large(part: Part, options: SweepOptions) -> Part:
+    """The part, with a note where a size is asked for that is larger than all of it: the unit may be another."""
+    corners = np.concatenate([solid.vertices for solid in part.solids])
+    wide = max(float(np.linalg.norm(np.ptp(corners, axis=0))), *(solid.size for solid in part.solids)) * part.scale
+    if options.size is None or options.size <= wide:
+        return part
+    note = f"size {options.size:g} is larger than the whole part, whose diagonal is {wide:.4g}: is the unit right?"
+    return replace(part, notes=(*part.notes, note))
+
+
 def with_largest_size(part: Part, options: SweepOptions) -> SweepOptions:
     """The options with the largest value of a function as the size, where none is given: it is the function's all over.
 
