@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..brep import Solid
 from ..options import SweepOptions
-from .candidates import POINTED, POOR
+from ..quality import QualityReport
+from .candidates import GOOD_ENOUGH, POINTED, POOR
 from .origin import AnyMesh, worst_of
 
 GOOD_STACK = 0.3
@@ -22,6 +25,8 @@ FAR_WORSE = 1.5
 """How many times as good as a poor mesh a fitted grid must be to be taken: it has no layers, and no caps."""
 _EXPLAINED = 0.5
 """Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
+_AT = 3.0
+"""Sizes of a hexahedron within which of a corner or an edge it lies at that."""
 _OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverted")
 """Options whose user wants to see what becomes of a sweep, poor or not."""
 
@@ -31,7 +36,12 @@ def is_poor(mesh: AnyMesh, solid: Solid, options: SweepOptions) -> bool:
     worst = worst_of(mesh)
     if worst >= POOR or is_of_placing(options):
         return False
-    return worst < _EXPLAINED * _sharpest(solid, beyond=POINTED)
+    return worst < _EXPLAINED * _sharpest(solid, quality_of(mesh), beyond=POINTED)
+
+
+def is_pointed(solid: Solid, report: QualityReport) -> bool:
+    """Whether the worst hexahedron lies at a corner or an edge of the solid that no mesh has a good one at."""
+    return _sharpest(solid, report) <= math.sin(GOOD_ENOUGH)
 
 
 def is_of_placing(options: SweepOptions) -> bool:
@@ -42,7 +52,7 @@ def is_of_placing(options: SweepOptions) -> bool:
 
 def reached_by(mesh: AnyMesh, solid: Solid) -> float:
     """Worst scaled Jacobian; that of its columns upright, if lower, where no sharp corner of the solid is to blame."""
-    upright = _limit(mesh, "upright_limit") if _sharpest(solid) >= GOOD_STACK else 1.0
+    upright = _limit(mesh, "upright_limit") if _sharpest(solid, quality_of(mesh)) >= GOOD_STACK else 1.0
     return min(worst_of(mesh), upright)
 
 
@@ -54,7 +64,7 @@ def is_as_good(mesh: AnyMesh, solid: Solid) -> bool:
     end of a keyway across a shaft.
     """
     worst = worst_of(mesh)
-    if _sharpest(solid) < GOOD_STACK:
+    if _sharpest(solid, quality_of(mesh)) < GOOD_STACK:
         return worst >= POOR
     if reached_by(mesh, solid) < GOOD_STACK:
         return False
@@ -67,8 +77,29 @@ def _limit(mesh: AnyMesh, which: str) -> float:
     return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
 
 
-def _sharpest(solid: Solid, beyond: float = 0.0) -> float:
-    """Sine of the sharpest corner of a face, or angle at an edge, among those beyond an angle."""
-    corners = [angle for face in solid.faces for loop in face.loops for angle in loop.angles]
-    angles = [*corners, *(edge.dihedral for edge in solid.edges)]
-    return math.sin(min((angle for angle in angles if beyond <= angle <= math.pi / 2), default=math.pi / 2))
+def quality_of(mesh: AnyMesh) -> QualityReport:
+    """What the checks found."""
+    report: QualityReport = mesh.info["quality"]
+    return report
+
+
+def _sharpest(solid: Solid, report: QualityReport, beyond: float = 0.0) -> float:
+    """Sine of the sharpest corner of a face, or angle at an edge, at the worst hexahedron, of those beyond an angle.
+
+    A sharp corner elsewhere does not make that one poor. It is 1 where there is none.
+    """
+    corners = {
+        (angle, solid.edges[e].start if forward else solid.edges[e].end)
+        for face in solid.faces
+        for loop in face.loops
+        for (e, forward), angle in zip(loop.directed, loop.angles, strict=True)
+        if beyond <= angle <= math.pi / 2
+    }
+    edges = [edge for edge in solid.edges if beyond <= edge.dihedral <= math.pi / 2]
+    units = solid.edges[0].units
+    worst = report.worst[0]
+    center = (np.array([worst.center]) - units.offset) / units.scale
+    size = max(abs(worst.volume), report.volume / report.n_hexes) ** (1 / 3) / units.scale
+    angles = [a for a, v in corners if np.linalg.norm(solid.vertices[v] - center[0]) <= _AT * size]
+    angles += [edge.dihedral for edge in edges if edge.curve.distance(center)[0] <= _AT * size]
+    return math.sin(min(angles, default=math.pi / 2))

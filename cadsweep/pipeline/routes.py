@@ -52,7 +52,7 @@ from .candidates import (
     foremost,
     touching_of,
 )
-from .judging import FAR_WORSE, is_as_good, is_of_placing, is_poor, reached_by
+from .judging import FAR_WORSE, is_as_good, is_of_placing, is_pointed, is_poor, quality_of, reached_by
 from .origin import AnyMesh, made_of, worst_of
 from .parts import load
 from .run import Run
@@ -220,7 +220,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         is_judged = row == COLUMNS or (row == SWEEP and not options.wall_layers)
         if is_judged and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             good, share = is_as_good(mesh, part.solids[0]), SECOND_LOOK
-        enough |= good or not _may_be_better(part, options)
+        enough |= good or not _may_be_better(part, quality_of(mesh), options)
     if best is not None:
         rows.took(shares)
         return best if isinstance(best, BlockMesh) else made_of(best, part)
@@ -285,10 +285,12 @@ def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         return _by_ways(part, options, run)
 
 
-def _may_be_better(part: Part, options: SweepOptions) -> bool:
-    from .complexes.decomposing import may_be_better
+def _may_be_better(part: Part, report: QualityReport, options: SweepOptions) -> bool:
+    """Whether cells may do better than a poor mesh: cuts are allowed, and no sharp edge of the part is to blame."""
+    from .complexes.decomposing import may_decompose
 
-    return may_be_better(part, options)
+    allowed = not options.allow_inverted and may_decompose(part, options)
+    return allowed and not is_pointed(part.solids[0], report)
 
 
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
@@ -326,7 +328,7 @@ def _postpones(part: Part, options: SweepOptions, report: QualityReport, _: obje
 
     few = len(part.solids[0].faces) <= _MOST_LOOKED_AT and options.decompose and rows.is_on(CELLS)
     has_design = rows.is_on(DESIGN) and report.n_hexes <= _MOST_CARRIED and not speaks_of_entities(options)
-    return (few and _may_be_better(part, options)) or (has_design and _has_design(part, options))
+    return (few and _may_be_better(part, report, options)) or (has_design and _has_design(part, options))
 
 
 def _has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:

@@ -23,7 +23,7 @@ from ...errors import CadError, CadSweepError, InputError, NotSweepableError
 from ...options import SweepOptions
 from ...plan import Fill, Plan, make_plan
 from ..attempts import open_and_find
-from ..candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW
+from ..candidates import SECOND_LOOK, SMOOTH_BELOW
 from ..columns.column_cells import columns_of
 from ..origin import AnyMesh, worst_of
 from ..parts import load, only_solid
@@ -64,13 +64,6 @@ def is_planar(part: Part) -> bool:
 def may_decompose(part: Part, options: SweepOptions) -> bool:
     """Whether cuts may be looked for: what the user asks of one sweep cannot be had of several."""
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
-
-
-def may_be_better(part: Part, options: SweepOptions) -> bool:
-    """Whether cells may do better than a poor mesh: cuts are allowed, and no sharp edge of the part is to blame."""
-    if options.allow_inverted or not may_decompose(part, options):
-        return False
-    return min(edge.dihedral for edge in part.solids[0].edges) > GOOD_ENOUGH
 
 
 Recognise = Callable[[Solid], list[Fill]]
