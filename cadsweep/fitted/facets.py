@@ -8,13 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..arrays import FloatArray, IntArray
-from .facet_kernels import nearest_triangles
-
-_LOOKED_AT = 6
-"""Samples near a point whose facets are looked at: six share a node in most triangulations."""
+from .facet_kernels import box_triangles, nearest_triangles
 
 
 class Facets(NamedTuple):
@@ -49,22 +45,19 @@ def sampled(corners: FloatArray, apart: float) -> tuple[FloatArray, IntArray]:
 
 
 class Nearest:
-    """The nearest of some facets to points, by samples of these and their exact distances."""
+    """The nearest of some facets to points."""
 
-    def __init__(self, facets: Facets, apart: float) -> None:
+    def __init__(self, facets: Facets) -> None:
         self.corners = facets.points[facets.triangles]
         self.faces = facets.faces
         normals = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1)
         # Triangles without an area are lines of a seam or a pole: others lie around them.
         good = lengths > 1e-12 * max(float(lengths.max(initial=0.0)), 1e-300)
-        self.corners, self.faces = self.corners[good], self.faces[good]
+        self.corners, self.faces = np.ascontiguousarray(self.corners[good], dtype=np.float64), self.faces[good]
         self.normals = normals[good] / lengths[good, None]
-        samples, self.owners = sampled(self.corners, apart)
-        self.tree = cKDTree(samples)
+        self.order, self.boxes = box_triangles(self.corners)
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
         """Distances (m,) of points (m, 3), and the nearest triangle (m,) of each."""
-        k = min(_LOOKED_AT, len(self.owners))
-        seen = self.owners[self.tree.query(points, k=list(range(1, k + 1)))[1]]
-        return nearest_triangles(np.ascontiguousarray(points, dtype=np.float64), self.corners, seen)
+        return nearest_triangles(np.ascontiguousarray(points, dtype=np.float64), self.corners, self.order, self.boxes)

@@ -175,8 +175,7 @@ def farthest(creases: tuple[Crease, ...], points: FloatArray, quads: IntArray) -
     triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
     along = np.linspace(0.0, 1.0, _SAMPLES)
     places = np.concatenate([crease.edge.curve.evaluate(along) for crease in creases])
-    apart = float(np.linalg.norm(points[quads[:, 1]] - points[quads[:, 0]], axis=1).mean())
-    return float(Nearest(Facets(points, triangles, np.zeros(len(triangles), dtype=np.int64)), apart)(places)[0].max())
+    return float(Nearest(Facets(points, triangles, np.zeros(len(triangles), dtype=np.int64)))(places)[0].max())
 
 
 def _members(united: United) -> IntArray:

@@ -29,8 +29,6 @@ _NEAR = 3.0
 """Cells from a face beyond which no quad is on it."""
 _SEED = 2.5
 """Cost up to which a quad is given to a face that has none."""
-_SAMPLES = 0.3
-"""Distance of samples of a facet over the size."""
 _ROUNDS = 60
 """Passes over all quads; a dozen do."""
 
@@ -55,7 +53,7 @@ def label_quads(solid: Solid, facets: Facets, points: FloatArray, quads: IntArra
         near = np.flatnonzero(((middles > low) & (middles < high)).all(axis=1))
         if not len(near):
             continue
-        nearest = Nearest(own, _SAMPLES * size)
+        nearest = Nearest(own)
         away, at = nearest(middles[near])
         turned = 1.0 - np.einsum("qd,qd->q", smooth[near], nearest.normals[at])
         cost[near, face] = (away / size) ** 2 + _TURNED * turned

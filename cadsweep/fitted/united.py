@@ -17,12 +17,12 @@ from .facets import Facets, Nearest
 class UnitedSurface:
     """Several faces as one surface; parameters (m, 3) are a piece's own two and the number of the piece."""
 
-    def __init__(self, surfaces: Sequence[Surface], curves: Mapping[int, Curve], facets: Facets, apart: float) -> None:
-        """`curves`: of the edges around, by id; `facets`: of the surfaces, by their places in the sequence."""
+    def __init__(self, surfaces: Sequence[Surface], curves: Mapping[int, Curve], facets: Facets, sag: float) -> None:
+        """`curves`: of the edges around, by id; `facets`: of the surfaces, by their places, off them by a `sag`."""
         self.surfaces, self.curves = surfaces, curves
-        self.nearest = Nearest(facets, apart)
+        self.nearest = Nearest(facets)
         corners = [facets.points[facets.triangles[facets.faces == j]].reshape(-1, 3) for j in range(len(surfaces))]
-        self.boxes = [(own.min(axis=0) - apart, own.max(axis=0) + apart) if len(own) else None for own in corners]
+        self.boxes = [(own.min(axis=0) - sag, own.max(axis=0) + sag) if len(own) else None for own in corners]
 
     @property
     def periods(self) -> tuple[float | None, float | None]:

@@ -20,8 +20,8 @@ from .facets import Facets
 from .grouping import BRIDGED, SMOOTH, group_faces
 from .united import Piece, UnitedCurve, UnitedSurface
 
-_SAMPLES = 0.005
-"""Distance of samples of facets over the size of the solid; every facet has its corners besides."""
+_SAG = 0.005
+"""How far facets are off their faces at most, over the size of the solid."""
 
 Directed = tuple[int, bool]
 
@@ -167,7 +167,7 @@ def _face(  # noqa: PLR0917
         [face.surface for face in own],
         {e: joined[e].curve for e in border},
         mine._replace(faces=numbers[mine.faces]),
-        _SAMPLES * solid.size,
+        _SAG * solid.size,
     )
     by_key: dict[tuple[str, tuple[str, ...]], list[Face]] = defaultdict(list)
     for face in own:
