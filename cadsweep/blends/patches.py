@@ -113,11 +113,9 @@ class PatchSurface:
         """Parameters (m, 3) of an edge's points; `edge` is one of the solid's."""
         return self.project(self.solid.edges[edge].curve.evaluate(fractions))
 
-    def contains(self, points: FloatArray, members: Sequence[int]) -> npt.NDArray[np.bool_]:
-        """Whether what is nearest to points (m, 3) is on certain faces of the solid."""
-        own = [k for k, f in enumerate(self.members) if f in members]
-        inside: npt.NDArray[np.bool_] = np.isin(self.project(points)[:, 2], own)
-        return inside
+    def face_at(self, points: FloatArray) -> IntArray:
+        """The face (m,) of the solid that what is nearest to points (m, 3) is on."""
+        return np.array(self.members, dtype=np.int64)[self.project(points)[:, 2].astype(np.int64)]
 
     def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         points = np.asarray(points, dtype=np.float64).reshape(-1, 3)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from math import pi
 
 import numpy as np
@@ -162,7 +161,7 @@ def _face(number: int, members: Sequence[Face], surface: Surface, loops: Sequenc
             FormerFace(
                 names=names, key=key, color=biggest.color, area=sum(face.area for face in own),
                 place=biggest.surface.evaluate(biggest.surface.project(biggest.center[None]))[0],
-                contains=partial(surface.contains, members=[face.id for face in own]),
+                piece_at=surface.face_at, pieces=tuple(face.id for face in own),
             )
         )  # fmt: skip
     return replace(

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..brep import Face
+from ..brep import Face, lie_in
 
 _EACH = 3
 """Patches up to which every one has a line of its own."""
@@ -21,10 +21,11 @@ def own_quads(corners: FloatArray, face: Face) -> IntArray:
     """The owner (q,) of every quad, with corners (q, 4, 3), of a face: 0 for the face, ``j + 1`` for patch ``j``."""
     owners = np.zeros(len(corners), dtype=np.int64)
     middles = corners.mean(axis=1)
+    inside = lie_in(face.former, middles)
     for j in sorted(range(len(face.former)), key=lambda j: face.former[j].area):
         patch = face.former[j]
         free = np.flatnonzero(owners == 0)
-        own = free[patch.contains(middles[free])]
+        own = free[inside[j, free]]
         if not len(own) and len(free) > 1:
             own = free[[np.argmin(np.linalg.norm(middles[free] - patch.place, axis=1))]]
         owners[own] = j + 1

@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from .geometry import Curve, Surface, Units
 
 
@@ -152,8 +152,10 @@ class FormerFace:
     area : float
     place : (3,) float64
         A point inside it.
-    contains : callable
-        ``contains(points)`` says of points (m, 3) on the face's surface which lie in the patch, (m,) bool.
+    piece_at : callable
+        ``piece_at(points)`` gives the numbers (m,) of what points (m, 3) on the face's surface lie in.
+    pieces : tuple of int
+        Numbers of what the patch is of.
     """
 
     names: tuple[str, ...]
@@ -161,7 +163,15 @@ class FormerFace:
     color: str | None
     area: float
     place: FloatArray
-    contains: Callable[[FloatArray], npt.NDArray[np.bool_]]
+    piece_at: Callable[[FloatArray], npt.NDArray[np.generic]]
+    pieces: tuple[int, ...]
+
+
+def lie_in(former: Sequence[FormerFace], points: FloatArray) -> BoolArray:
+    """Which of points (m, 3) of a face lie in each of its patches, (n, m); what several share is asked once."""
+    at = {ask: ask(points) for ask in dict.fromkeys(patch.piece_at for patch in former)}
+    inside = [np.isin(at[patch.piece_at], patch.pieces) for patch in former]
+    return np.array(inside, dtype=bool).reshape(len(former), len(points))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

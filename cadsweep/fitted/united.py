@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Curve, Surface
 from .facets import Facets, Nearest
 
@@ -77,16 +77,6 @@ class UnitedSurface:
             own = numbers == piece
             found[own] = ask(self.surfaces[piece], uv[own, :2])
         return found
-
-
-class Piece:
-    """What of a united surface is one of its pieces, as ``FormerFace.contains`` wants it."""
-
-    def __init__(self, surface: UnitedSurface, numbers: Sequence[int]) -> None:
-        self.surface, self.numbers = surface, numbers
-
-    def __call__(self, points: FloatArray) -> BoolArray:
-        return np.isin(self.surface.pieces(points), self.numbers)
 
 
 class UnitedCurve:

@@ -18,7 +18,7 @@ from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Face, FormerFace, Loop, Solid
 from .facets import Facets
 from .grouping import BRIDGED, SMOOTH, group_faces
-from .united import Piece, UnitedCurve, UnitedSurface
+from .united import UnitedCurve, UnitedSurface
 
 _SAG = 0.005
 """How far facets are off their faces at most, over the size of the solid."""
@@ -190,7 +190,8 @@ def _face(  # noqa: PLR0917
                 color=faces[0].color,
                 area=sum(face.area for face in faces),
                 place=_inside(mine, faces),
-                contains=Piece(surface, [int(numbers[face.id]) for face in faces]),
+                piece_at=surface.pieces,
+                pieces=tuple(numbers[[face.id for face in faces]].tolist()),
             )
             for (key, names), faces in pieces
             if faces is not kept

@@ -29,7 +29,7 @@ from ..blends.united import patch_surfaces, unite
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.interface_slides import InterfaceSlides
 from ..blocks.joined import JoinedMesh
-from ..brep import Part, Solid
+from ..brep import Part, Solid, lie_in
 from ..entity.entities import Entities
 from ..errors import CadError, CadSweepError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..intervals.sizes import WANTED_HEXES
@@ -344,8 +344,8 @@ def _on_design(solid: Solid, made: Entities) -> DesignMesh:
         face = made.face(place)
         found = np.full(len(own), by_key[face.key], dtype=np.int64)
         middles = made.points[own].mean(axis=1)
-        for patch in face.former:
-            found[patch.contains(middles)] = by_key[patch.key]
+        for patch, inside in zip(face.former, lie_in(face.former, middles), strict=True):
+            found[inside] = by_key[patch.key]
         quads.append(own)
         faces.append(found)
     return DesignMesh(made.points, made.joined.hexes, np.concatenate(quads), np.concatenate(faces))

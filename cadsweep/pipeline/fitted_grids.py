@@ -12,7 +12,7 @@ import logging
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -68,10 +68,9 @@ _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
 _FINER = (1.0, 0.75, 0.55, 0.4, 0.3)
 """Sizes that are tried, over the first."""
-_TIME = 30.0
-"""Seconds, of the processor, after which no finer grid is begun."""
 _LAST = 60.0
-"""The same after which one is given up where it is to end soon."""
+"""Seconds, of the processor, after which a grid is given up where it is to end soon; none is begun after half of them.
+"""
 _HOPELESS = 0.02
 """Share of the hexahedra inverted still after the first round from which the time is better spent on other grids."""
 _CELLS = 2500
@@ -87,6 +86,25 @@ _SENSELESS = (
 """Options that speak of what a fitted grid has not: layers, caps, faces that answer each other, edges with counts."""
 
 
+class _Clock(NamedTuple):
+    """When grids were begun, and the seconds after which one is given up; `hurried`: where they are to end soon."""
+
+    began: float
+    last: float
+    hurried: bool
+
+    def is_half(self) -> bool:
+        """Whether no finer grid is begun."""
+        return spent() - self.began > 0.5 * self.last
+
+    def is_over(self) -> bool:
+        return spent() - self.began > self.last
+
+    def is_late(self) -> bool:
+        """Whether one is given up."""
+        return self.hurried and self.is_over()
+
+
 def asked_in_vain(options: SweepOptions) -> list[str]:
     """Options that are given, and that a fitted grid cannot do."""
     return [name for name in _SENSELESS if getattr(options, name) is not None]
@@ -96,7 +114,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least:
     """Mesh a part of one solid by a fitted grid; `why` goes into its notes.
 
     Where there is another mesh, `least` is the worst scaled Jacobian from which on this one is better. Then, and
-    without a size, it is to end soon.
+    without a size, it is to end soon; with the run, where there is another.
 
     Raises
     ------
@@ -109,11 +127,9 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least:
     if unknown:
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
     ending = rows.is_on(ENDING) and options.tolerance is None
-    hurried = least is not None or options.size is None
-    began, problem = spent(), "it would have too many hexahedra"
-
-    def is_late() -> bool:
-        return hurried and spent() - began > _LAST
+    last = _LAST if least is None else min(_LAST, run.left())
+    clock = _Clock(spent(), last, hurried=least is not None or options.size is None)
+    problem = "it would have too many hexahedra"
 
     def tell(found_wrong: str, size: float) -> None:
         nonlocal problem
@@ -122,14 +138,14 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least:
 
     best: HexMesh | None = None
     reached, shares = LEAST if least is None else least, list[str]()
-    for found in _found(part, options, run, began, tell, hurried=hurried):
-        if is_late() or (best is not None and (found.creases or spent() - began > _TIME)):
+    for found in _found(part, options, run, clock, tell):
+        if clock.is_late() or (best is not None and (found.creases or clock.is_half())):
             break
         tips = find_tips(found.united.solid, found.united.angles, found.size) if ending else []
         whole = replace(part, solids=(end_before(found.united.solid, tips),))
         try:
             with run.stage("fitted grid"):
-                joined, slides = _fitted(whole, found, tips, run, is_late)
+                joined, slides = _fitted(whole, found, tips, run, clock.is_late)
             told = [*_bridges(part.solids[0], found), *_let_go(found, joined, part.scale)]
             notes = [_note(why), *told, *_ended(part, found, tips)]
             mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
@@ -146,7 +162,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least:
             best, reached = mesh, worst
             shared = {MENDING: found.is_mended, LETTING: bool(found.creases), ENDING: bool(tips)}
             shares = [row for row, had in shared.items() if had]
-            if worst >= _GOAL or found.creases or not hurried:
+            if worst >= _GOAL or found.creases or not clock.hurried:
                 break
     if best is None:
         raise NotSweepableError(f"no fitted grid fits the solid: {problem}")
@@ -155,13 +171,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least:
 
 
 def _found(
-    part: Part,
-    options: SweepOptions,
-    run: Run,
-    began: float,
-    tell: Callable[[str, float], None],
-    *,
-    hurried: bool,
+    part: Part, options: SweepOptions, run: Run, clock: _Clock, tell: Callable[[str, float], None]
 ) -> Iterator[Found]:
     """The model on grids: with all its edges, then without some, then on what has very many hexahedra unasked."""
     model = part.solids[0]
@@ -181,7 +191,7 @@ def _found(
             return None
 
     def in_time() -> None:
-        if hurried and spent() - began > _LAST:
+        if clock.is_late():
             raise SurfaceMeshError("there is no time left to find the model on it")
 
     def on(size: float, united: United, grid: Grid) -> Iterator[Found]:
@@ -194,24 +204,24 @@ def _found(
         else:
             yield found
 
-    sizes = _sizes(part, options, hurried=hurried)
+    sizes = _sizes(part, options, hurried=clock.hurried)
     for waiting in _grids(model, sizes, facets, axes, tell, partial(sizes_at_places, part, facets, options)):
-        if spent() - began > _TIME:
+        if clock.is_half():
             break
-        if hurried and len(waiting[2].hexes) > _MOST:
+        if clock.hurried and len(waiting[2].hexes) > _MOST:
             large.append(waiting)
         else:
             yield from on(*waiting)
     with_fewer: list[Found] = []
     for misfit in misfits if letting else ():
         # What is found later than that is too late to be filled.
-        if (with_fewer or hurried) and spent() - began > (_TIME if with_fewer else _LAST):
+        if clock.is_half() if with_fewer else clock.is_late():
             break
         found = made(misfit.size, partial(find_on_grid, model, facets, misfit, letting=True, on_step=in_time))
         with_fewer += [] if found is None else [found]
     yield from sorted(with_fewer, key=lambda found: found.lost)
     for waiting in sorted(large, key=lambda waiting: len(waiting[2].hexes)):
-        if spent() - began > _LAST:
+        if clock.is_over():
             break
         yield from on(*waiting)
 

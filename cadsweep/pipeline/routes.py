@@ -200,7 +200,8 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             with rows.share() as own:
                 before = _Before(refused, best, 0.0 if enough else SECOND_LOOK if is_early and row == CELLS else share)
                 is_searched |= row == CELLS
-                mesh = WAYS[row](part, options, first if row == SWEEP else run, before)
+                own_run = first if row == SWEEP else replace(run, is_spare=run.is_spare or best is not None)
+                mesh = WAYS[row](part, options, own_run, before)
         except PostponedError:
             left, first = [DESIGN, COLUMNS, CELLS, SWEEP, CELLS, FITTED], run
             continue
@@ -235,13 +236,13 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
     best = before.best
     if not rows.is_on(row) or (row in {CELLS, FITTED} and not options.decompose):
         return False
+    if (best is not None or row == DESIGN) and run.is_over():
+        return False
     if row == FITTED:
         return _is_fitted(part, options, before)
-    if best is not None and (row == COLUMNS or run.is_over()):
-        return False  # columns along a poor sweep are as poor, or there is no time for more
     if row != DESIGN:
-        return not enough
-    if run.is_over() or (best is not None and (worst_of(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED)):
+        return not enough and (best is None or row != COLUMNS)  # columns along a poor sweep are as poor
+    if best is not None and (worst_of(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED):
         return False
     return _has_design(part, options, best)
 
@@ -301,7 +302,7 @@ def _mesh_cells(part: Part, options: SweepOptions, run: Run, before: _Before) ->
 
 
 def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
-    """By a fitted grid; what took all of a run's time has no mesh to show for it, or a poor one."""
+    """By a fitted grid, with all of a run's time again where that has no mesh to show for it."""
     from .fitted_grids import mesh_fitted
 
     best = before.best
@@ -310,7 +311,7 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -
         rows.took([INSTEAD])
         why = f"the worst scaled Jacobian by {best.info['way']} is {worst_of(best):.2g}"
     least = None if best is None else FAR_WORSE * worst_of(best)
-    mesh = mesh_fitted(part, options, run.anew(), why, least=least)
+    mesh = mesh_fitted(part, options, run.anew() if best is None else run, why, least=least)
     return _said(mesh, FITTED)
 
 

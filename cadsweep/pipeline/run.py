@@ -58,6 +58,8 @@ class Run:
     on_expected : callable or None
         Called with what the mesh is expected to be, each time that more is known of it, and whether that is settled:
         whoever wants no more than to know raises there.
+    is_spare : bool
+        There is a mesh already: another is given up with the run's time, whatever is wrong with it.
     postpones : callable or None
         Says of a poor mesh whether something else comes before its smoothing; given what was found of it, and the cell
         (n,) of every hexahedron when it asks for that.
@@ -69,6 +71,7 @@ class Run:
     decompose_time: float = math.inf
     total: float = math.inf
     on_expected: Callable[[Estimate, bool], None] | None = None
+    is_spare: bool = False
     postpones: Callable[[QualityReport, Callable[[], IntArray]], bool] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     _since: list[float] = field(default_factory=list)
@@ -121,9 +124,13 @@ class Run:
         """Whether nothing more is to be begun, or nothing that takes that many seconds."""
         return spent() - self._begun > min(self.total, self.total + TO_END - takes)
 
-    def ends_polishing(self, *, asked: bool) -> bool:
-        """Whether a mesh that is valid stays as it is: but for one of a size that is asked for."""
-        return not asked and self.is_over()
+    def left(self) -> float:
+        """Seconds until what was begun is to end."""
+        return self.total + TO_END - (spent() - self._begun)
+
+    def ends_smoothing(self, is_valid: bool, *, asked: bool) -> bool:
+        """Whether a mesh stays as it is: a valid one of no size that is asked for, and any where there is another."""
+        return self.is_over() and (self.is_spare or (is_valid and not asked))
 
     def ends_refining(self, options: SweepOptions) -> bool:
         """Whether a boundary stays as far off as it is: but for one of a tolerance or a size that is asked for."""

@@ -121,7 +121,7 @@ def improve(
     fixed: BoolArray,
     goal: float = GOAL,
     slides: Slides | None = None,
-    is_over: Callable[[], bool] = lambda: False,
+    is_over: Callable[[bool], bool] = lambda is_valid: False,
 ) -> Smoothed:
     """Raise the worst scaled Jacobian of a mesh to a goal, where that can be done.
 
@@ -138,7 +138,7 @@ def improve(
     slides : Slides, optional
         Nodes on the boundary that may move on its faces, `fixed` or not.
     is_over : callable
-        Whether a mesh that is valid already stays as it is.
+        Whether a mesh stays as it is, told whether it is valid.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def _raised(
     goal: float,
     growths: tuple[int, ...],
     largest: int,
-    is_over: Callable[[], bool],
+    is_over: Callable[[bool], bool],
     inverted: bool = False,
 ) -> FloatArray:
     """Work on the hexahedra below a goal, in place, until none is left or nothing helps; return all values.
@@ -204,9 +204,9 @@ def _raised(
             region &= values > 0  # what nothing could mend must not keep its neighbours from being polished
         gain, for_the_worst = 0.0, not inverted and (growth > 0 or goal > GOAL)
         for hexes in _in_turn(patches(region, structure), values, bad.ravel() & ~settled, worst_first=for_the_worst):
-            if not inverted and is_over():
+            if is_over(not inverted):
                 growth = len(growths)
-                steps.append("polishing was ended with the time that a run has")
+                steps.append("smoothing was ended with the time that a run has")
                 break
             if growth >= (len(GROWTH) - 1 if inverted else 1) and len(hexes) > MOST_GROWN:
                 continue

@@ -20,7 +20,8 @@ def strip(n_quads: int, cuts: list[float]) -> tuple[np.ndarray, SimpleNamespace]
         SimpleNamespace(
             area=b - a,
             place=np.array([(a + b) / 2, 0.5, 0.0]),
-            contains=lambda points, a=a, b=b: (a <= points[:, 0]) & (points[:, 0] < b),
+            piece_at=lambda points, a=a, b=b: (a <= points[:, 0]) & (points[:, 0] < b),
+            pieces=(True,),
         )
         for a, b in pairwise(cuts)
     ]

@@ -52,3 +52,17 @@ def test_what_fails_has_taken_its_time_too(clock):
     with pytest.raises(TypeError):
         fails_after(30.0, clock, tries)
     assert tries.is_over()
+
+
+@pytest.mark.parametrize(
+    ("is_valid", "asked", "is_spare", "ends"),
+    [(True, False, False, True), (True, True, False, False), (False, False, False, False), (False, True, True, True)],
+)
+def test_what_is_not_valid_is_mended_however_long_it_takes_unless_there_is_another_mesh(
+    clock, is_valid, asked, is_spare, ends
+):
+    run = Run(on_progress=silent, total=40.0, is_spare=is_spare, _begun=clock[0])
+    assert not run.ends_smoothing(is_valid, asked=asked)
+    clock[0] += 40.1
+    assert run.ends_smoothing(is_valid, asked=asked) == ends
+    assert run.left() == pytest.approx(TO_END - 0.1)

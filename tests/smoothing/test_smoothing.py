@@ -209,6 +209,13 @@ def test_hexes_at_their_limit_are_left_alone():
 def test_without_time_what_is_inverted_is_mended_and_what_is_valid_is_not_polished():
     points, structure, fixed = disturbed(block(), 1.0)
     assert values_of(points, structure).min() < 0
-    smoothed = improve(points, structure, fixed=fixed, is_over=lambda: True)
+    smoothed = improve(points, structure, fixed=fixed, is_over=lambda is_valid: is_valid)
     assert smoothed.n_inverted_after == 0
     assert not any(step.startswith("polish ") for step in smoothed.steps)
+
+
+def test_what_is_inverted_stays_so_where_it_is_told_to():
+    points, structure, fixed = disturbed(block(), 1.0)
+    smoothed = improve(points, structure, fixed=fixed, is_over=lambda is_valid: True)
+    assert not len(smoothed.nodes)
+    assert smoothed.n_inverted_after == smoothed.n_inverted_before > 0

@@ -185,7 +185,7 @@ def _former_face(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidSh
     inside = inner_point(holder.faces[largest.id])
     place = largest.center if inside is None else np.array([inside[0].X(), inside[0].Y(), inside[0].Z()])
 
-    def contains(points: FloatArray) -> npt.NDArray[np.bool_]:
+    def is_inside(points: FloatArray) -> npt.NDArray[np.bool_]:
         found = np.zeros(len(points), dtype=bool)
         for piece in pieces:
             found |= _lie_inside(holder.faces[piece.id], piece.surface.project(points))
@@ -197,7 +197,8 @@ def _former_face(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidSh
         color=common_color([piece.color for piece in pieces]),
         area=sum(p.area for p in pieces),
         place=place,
-        contains=contains,
+        piece_at=is_inside,
+        pieces=(True,),
     )
 
 

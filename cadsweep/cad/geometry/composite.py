@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -134,10 +133,9 @@ class GraphSurface:
                 found[mine] = surface.distance(points[mine], close=close)
         return found
 
-    def contains(self, points: FloatArray, members: Sequence[int]) -> npt.NDArray[np.bool_]:
-        """Whether points (m, 3) of the face lie on certain members."""
-        inside: npt.NDArray[np.bool_] = np.isin(self._owners(self.project(points)), members)
-        return inside
+    def member_at(self, points: FloatArray) -> IntArray:
+        """The member (m,) that points (m, 3) of the face lie on."""
+        return self._owners(self.project(points))
 
     def edge_uv(self, edge: int, fractions: FloatArray) -> FloatArray:
         """Coordinates (m, 2) of an edge's points."""
@@ -221,7 +219,8 @@ def _former_faces(faces: Sequence[Face], names: tuple[str, ...], surface: GraphS
                 color=largest.color,
                 area=sum(face.area for face in mine),
                 place=surface.evaluate(surface.project(largest.center[None]))[0],
-                contains=partial(surface.contains, members=members),
+                piece_at=surface.member_at,
+                pieces=tuple(members),
             )
         )
     return tuple(patches)

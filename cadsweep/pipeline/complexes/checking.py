@@ -182,7 +182,7 @@ def _smoothed(
             fixed=fixed if kept is None else fixed | kept,
             goal=smoothing.GOAL if goal is None else goal,
             slides=None if slides is None else slides(),
-            is_over=partial(run.ends_polishing, asked=asked),
+            is_over=partial(run.ends_smoothing, asked=asked),
         )
 
 
