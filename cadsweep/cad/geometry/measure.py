@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
+from hashlib import blake2b
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,6 +69,10 @@ _ELEMENTARY_PANELS = 2
 """The same for planes, cones and tori, whose integrands are polynomials and single waves."""
 _MOST_PANELS = 48
 """Spans of a spline up to which each is a panel; more are gathered."""
+_MOST_KNOWN = 50_000
+"""Faces whose sums are kept: a solid that is changed is read anew, and most of its faces are as they were."""
+
+_sums_of: dict[bytes, FloatArray] = {}
 
 
 class Measure(NamedTuple):
@@ -143,6 +148,10 @@ def _compiled_sums(
     stops = [_stops(curve) for curve in curves]
     first_stops, all_stops = np.cumsum([0] + [len(own) for own in stops]), np.concatenate(stops)
     n_least = _panels_across(surface)
+    told = [*on_surface, *directed_edges, loops, first_stops, all_stops, np.array([close])]
+    key = blake2b(b"".join(np.ascontiguousarray(values).tobytes() for values in told)).digest()
+    if key in _sums_of:
+        return _sums_of[key]
 
     def sums(order: int, n_parts: int) -> tuple[FloatArray, int]:
         rule = _rule(order, 1)
@@ -152,7 +161,10 @@ def _compiled_sums(
         )
         return totals, n_points
 
-    return _agreed(sums)
+    if len(_sums_of) >= _MOST_KNOWN:
+        _sums_of.clear()
+    _sums_of[key] = _agreed(sums)
+    return _sums_of[key]
 
 
 def _stops(curve: EdgeCurve) -> FloatArray:
