@@ -25,8 +25,8 @@ FAR_WORSE = 1.5
 """How many times as good as a poor mesh a fitted grid must be to be taken: it has no layers, and no caps."""
 _EXPLAINED = 0.5
 """Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
-_AT = 3.0
-"""Sizes of a hexahedron within which of a corner or an edge it lies at that."""
+_AT = 2.0
+"""Radii of a hexahedron within which of a corner or an edge it lies at that."""
 _OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverted")
 """Options whose user wants to see what becomes of a sweep, poor or not."""
 
@@ -64,8 +64,9 @@ def is_as_good(mesh: AnyMesh, solid: Solid) -> bool:
     end of a keyway across a shaft.
     """
     worst = worst_of(mesh)
-    if _sharpest(solid, quality_of(mesh)) < GOOD_STACK:
-        return worst >= POOR
+    sharpest = _sharpest(solid, quality_of(mesh))
+    if sharpest < GOOD_STACK:
+        return worst >= min(POOR, _EXPLAINED * sharpest)
     if reached_by(mesh, solid) < GOOD_STACK:
         return False
     across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])
@@ -99,7 +100,7 @@ def _sharpest(solid: Solid, report: QualityReport, beyond: float = 0.0) -> float
     units = solid.edges[0].units
     worst = report.worst[0]
     center = (np.array([worst.center]) - units.offset) / units.scale
-    size = max(abs(worst.volume), report.volume / report.n_hexes) ** (1 / 3) / units.scale
-    angles = [a for a, v in corners if np.linalg.norm(solid.vertices[v] - center[0]) <= _AT * size]
-    angles += [edge.dihedral for edge in edges if edge.curve.distance(center)[0] <= _AT * size]
+    reach = _AT * worst.radius / units.scale
+    angles = [a for a, v in corners if np.linalg.norm(solid.vertices[v] - center[0]) <= reach]
+    angles += [edge.dihedral for edge in edges if edge.curve.distance(center)[0] <= reach]
     return math.sin(min(angles, default=math.pi / 2))

@@ -265,17 +265,20 @@ class QualityAccumulator:
     ) -> list[WorstHex]:
         chosen = np.empty(min(self._n_worst, len(inverted)), dtype=np.int64)
         _choose_worst(rows[0], inverted, chosen)
-        centers = points[hexes[chosen, :8]].mean(axis=1)
+        corners = points[hexes[chosen, :8]]
+        centers = corners.mean(axis=1)
+        radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
         return [
             WorstHex(
                 id=place.first_hex + place.start + i,
                 layer=place.first_layer + (place.start + i) // place.per_layer if place.per_layer else None,
                 center=tuple(center),
+                radius=radius,
                 volume=float(rows[6, i]),
                 scaled_jacobian=float(rows[0, i]),
                 inverted=bool(inverted[i]),
             )
-            for i, center in zip(chosen.tolist(), centers.tolist(), strict=True)
+            for i, center, radius in zip(chosen.tolist(), centers.tolist(), radii.tolist(), strict=True)
         ]
 
     def summaries(self) -> dict[str, MetricSummary]:

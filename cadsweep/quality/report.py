@@ -97,6 +97,8 @@ class WorstHex:
     layer : int or None
         Layer of hexahedra, 0 on the source, where the mesh is one sweep.
     center : (float, float, float)
+    radius : float
+        Distance of its farthest corner from there.
     volume, scaled_jacobian : float
     inverted : bool
         The Jacobian is not positive everywhere inside.
@@ -105,6 +107,7 @@ class WorstHex:
     id: int
     layer: int | None
     center: tuple[float, float, float]
+    radius: float
     volume: float
     scaled_jacobian: float
     inverted: bool
