@@ -298,7 +298,7 @@ def _mesh_cells(part: Part, options: SweepOptions, run: Run, before: _Before) ->
     """By cells of cuts."""
     from .complexes.decomposing import mesh_decomposed
 
-    return _said(mesh_decomposed(part, options, run, before.refused, share=before.share), CELLS)
+    return _said(mesh_decomposed(part, options, run, before.refused, share=before.share, instead_of=before.best), CELLS)
 
 
 def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:

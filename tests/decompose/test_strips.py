@@ -76,6 +76,16 @@ def keyed_and_half_drilled():
     return shaft.cut(keyway(6, 27, 7, 15.5)).cut(cq.Workplane("XZ").center(0, 41).circle(3).extrude(50))
 
 
+def chamfered():
+    """Lines of chamfers at both ends: what is swept along the axis beside the strips is parted along both."""
+    shaft = rod(14, 10, start=30).union(rod(10, 80)).faces("<Z").chamfer(1).faces(">Z").chamfer(1.5)
+    return shaft.cut(keyway(5, 18, 6.5, 62)).cut(drilled(2, 15, plane="XZ"))
+
+
+def chamfered_with_one_strip():
+    return rod(9, 40).faces("<Z or >Z").chamfer(1).cut(drilled(3, 22))
+
+
 @pytest.mark.parametrize(
     "make",
     [
@@ -87,6 +97,8 @@ def keyed_and_half_drilled():
         drilled_wider_than_its_bore,
         keyed_tube,
         keyed_and_half_drilled,
+        chamfered,
+        chamfered_with_one_strip,
     ],
 )
 def test_all_cells_sweep_and_agree_without_a_search(make):

@@ -28,9 +28,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
+from math import pi
 from typing import Any
 
 import numpy as np
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Solid
@@ -38,7 +41,7 @@ from .axes import find_axes
 from .central import Cutter, plane_tool
 from .countersinks import LEAST_SLOPE, SHARE, bored_rims, countersink
 from .strip_widths import Section, surrounds
-from .turned import ALONG, Feature, TurnedBody
+from .turned import ALONG, Feature, TurnedBody, unlike
 
 
 def along_features(solid: Solid, flat: float) -> list[Cutter]:
@@ -123,7 +126,8 @@ class _Stripped(TurnedBody):
         innermost = min((radius for radius, _ in self.rings()), default=np.inf)
         is_beyond = any(abs(floor) > innermost for own in section.floors for floor in own)
         seams = partial(_corners, frame, widths) if held or is_beyond else None
-        return [*self.planes(frame, widths, section), *self.turned_tools(levels, seams), *inside]
+        chamfers = self.chamfers(frame, widths)
+        return [*self.planes(frame, widths, section), *self.turned_tools(levels, seams), *chamfers, *inside]
 
     def bores(self, radii: Sequence[float]) -> list[float]:
         """Those of the radii about the body's axis that bores have, and nothing on its outside."""
@@ -163,6 +167,37 @@ class _Stripped(TurnedBody):
             self.coned = (*self.coned, rim.radius)
             tools.append(countersink(self.solid, rim, bore, frame[0], min(depth, room))[0])
         return tools
+
+    def chamfers(self, frame: FloatArray, widths: Sequence[float]) -> list[Any]:
+        """Cylinders beside the strips through the lines at which chamfers meet ends of the body, if there are several.
+
+        What is swept along the axis has such a line on both of its caps then, and neither is the other's.
+        """
+        lines = [
+            edge.midpoint - self.line.place
+            for edge in self.solid.edges
+            if {self.solid.faces[f].kind for f in edge.faces} == {"cone", "plane"}
+            and all(self.is_turned(self.solid.faces[f]) for f in edge.faces)
+            and edge.dihedral < pi - self.flat
+        ]
+        if len(unlike([float(place @ frame[2]) for place in lines], self.near)) < 2:
+            return []
+        low, high = (reach * self.solid.size for reach in (-1.5, 1.5))
+        middle = float((self.solid.vertices.mean(axis=0) - self.line.place) @ frame[2])
+        place = gp_Pnt(*map(float, self.line.place + middle * frame[2]))
+        axes = gp_Ax3(place, gp_Dir(*map(float, frame[2])), gp_Dir(*map(float, frame[0])))
+        found = []
+        for radius in unlike([float(np.hypot(*(frame[:2] @ place))) for place in lines], self.near):
+            if radius <= np.linalg.norm(widths):
+                continue
+            start, end = np.arcsin(widths[0] / radius), np.arccos(widths[1] / radius)
+            arcs = [(start, end), (pi - end, pi - start)] if widths[1] else [(start, pi - start)]
+            found += [
+                BRepBuilderAPI_MakeFace(gp_Cylinder(axes, radius), turn + a, turn + b, low, high).Face()
+                for turn in (0.0, pi)
+                for a, b in arcs
+            ]
+        return found
 
     def corners(self, feature: Feature, frame: FloatArray) -> FloatArray:
         """The vertices (n, 3) of a feature, in the frame of the section."""

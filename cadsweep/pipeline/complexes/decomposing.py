@@ -10,7 +10,8 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import islice
+from functools import partial
+from itertools import islice, takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -134,9 +135,17 @@ SEARCHES = {PLANES: _by_planes, SURFACES: _by_surfaces}
 
 
 def mesh_decomposed(
-    part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, *, share: float = 1.0
+    part: Part,
+    options: SweepOptions,
+    run: Run,
+    refused: CadSweepError | None,
+    *,
+    share: float = 1.0,
+    instead_of: AnyMesh | None = None,
 ) -> AnyMesh:
     """Cut a solid into cells, with a share of the budget of a search, and mesh them: what does well first, or the best.
+
+    Instead of a mesh that is fair none of very many more hexahedra is made.
 
     Raises
     ------
@@ -154,14 +163,18 @@ def mesh_decomposed(
     best: AnyMesh | None = None
     failure: CadSweepError | None = None
     shares: set[str] = set()
+    most = np.inf
+    if instead_of is not None and worst_of(instead_of) >= SMOOTH_BELOW:
+        most = MOST_MORE * instead_of.n_hexes
     for row in searches:
         if best is not None and (worst_of(best) >= SMOOTH_BELOW or run.is_over()):
             break
         searched = SEARCHES[row](part, recognise_piece, run, share if best is None else min(share, SECOND_LOOK))
         solutions = searched.solutions
         if best is not None:  # what is much better is so not by many more hexahedra
-            most = MOST_MORE * best.n_hexes
-            solutions = (one for one in islice(solutions, MOST_MESHED) if _expected(one, options) <= most)
+            most = min(most, MOST_MORE * best.n_hexes)
+        if most < np.inf:
+            solutions = takewhile(partial(_has_at_most, most, options), islice(solutions, MOST_MESHED))
         with rows.share() as own:
             reached = -np.inf if best is None else worst_of(best)
             mesh, error = BestCells(searched.cut_again, options, run).of_all(solutions, reached)
@@ -176,9 +189,9 @@ def mesh_decomposed(
     raise searched.refusal(refused)
 
 
-def _expected(found: Complex, options: SweepOptions) -> int:
-    """Hexahedra to be expected of cells."""
-    return expected_cells(found.part, found.plan, resolve_wishes(found.part, options, found.model)).n_hexes
+def _has_at_most(most: float, options: SweepOptions, found: Complex) -> bool:
+    """Whether no more than so many hexahedra are to be expected of cells."""
+    return expected_cells(found.part, found.plan, resolve_wishes(found.part, options, found.model)).n_hexes <= most
 
 
 def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
