@@ -98,6 +98,8 @@ class Section:
             for feature in features:
                 left, half = _reach(feature.points[:, 1 - way])
                 bore = float(np.hypot(*feature.points[:, :2].T).min())
+                if all(abs(bore - radius) > near for radius in self.bores):
+                    continue
                 if abs(left + half) > near or abs(half - bore) < UNLIKE * bore:
                     return None
                 if bore > widest + near:
