@@ -13,6 +13,8 @@ beside it that are swept along the axis::
       \\ |    |    | /         The floor `f` of a keyway goes through its strip only: beyond, it leaves sharp edges.
        \\|____|____|/
 
+Where ends of the body are chamfered, what is beside the strips is parted along the lines of the chamfers as well.
+
 What goes across in two directions square to each other gets two strips. They cross in bricks, each of which is a slice
 of either.
 
