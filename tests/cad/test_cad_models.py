@@ -68,9 +68,9 @@ def bodies_that_share_an_edge():
 @pytest.mark.parametrize(
     ("shape", "reason"),
     [
-        (open_solid, "bound one face only"),
+        (open_solid, "only one face ends at"),
         (lambda: cq.Compound.makeCompound(box().val().Faces()[:5]), "do not close"),
-        (bodies_that_share_an_edge, "shared by more than two faces"),
+        (bodies_that_share_an_edge, "more than two faces meet at"),
         (lambda: cq.Workplane().box(4, 4, 1).faces(">Z").workplane().center(1, 0).hole(2), "more than two faces"),
         (lambda: cq.Workplane().polyline([(0, 0), (2, 2), (2, 0), (0, 2)]).close().extrude(1), "self intersecting"),
         (lambda: cq.Workplane().polyline([(0, 0), (3, 3), (3, 0), (0, 2)]).close().extrude(1), "self intersecting"),

@@ -115,5 +115,5 @@ def test_part_that_nothing_fits_is_refused_whole_with_the_cell_and_a_face(name):
 
 
 def test_pockets_that_touch_along_an_edge_are_no_body_and_the_edge_is_named():
-    with pytest.raises(CadError, match=r"(?s)not manifold: 1 edges .* first at \(0, 0, 0\) by 4"):
+    with pytest.raises(CadError, match=r"(?s)more than two faces meet at 1 of .* first at \(0, 0, 0\), where 4"):
         load(HERE / "unsweepable" / f"{NO_BODY}.py")

@@ -117,13 +117,14 @@ def check_closed(solid: Any) -> None:
             crowded.append((edge, n))
     if free:
         raise CadError(
-            f"the solid is open: {len(free)} of {len(edges)} edges bound one face only, the first at {place(free[0])}. "
-            "A face is missing, or faces do not meet; close the gap in the CAD program."
+            f"the solid is open: only one face ends at {len(free)} of its {len(edges)} edges, the first at "
+            f"{place(free[0])}. A face is missing, or faces do not meet; close the gap in the CAD program."
         )
     if crowded:
         raise CadError(
-            f"the solid is not manifold: {len(crowded)} edges are shared by more than two faces, the first at "
-            f"{place(crowded[0][0])} by {crowded[0][1]}. Bodies that touch along an edge must be merged or separated."
+            f"the solid is not manifold: more than two faces meet at {len(crowded)} of its {len(edges)} edges, the "
+            f"first at {place(crowded[0][0])}, where {crowded[0][1]} do. Bodies that touch along an edge must be "
+            "merged or separated."
         )
 
 
