@@ -44,6 +44,8 @@ MOST_POINTED = 60
 """Planar complexes that are looked at where a star parts the solid: it has no inner corner, and needs few planes."""
 MOST_MORE = 2.0
 """Hexahedra of cells of another search over those that there are, beyond which better ones are too dear."""
+CHEAP = 30_000
+"""Hexahedra that are never too many of cells in the place of a fair mesh."""
 _WHOLE = 1e-9
 """Share of a part's volume by which the part itself, read again, may differ."""
 _SHARE = 0.5
@@ -165,7 +167,7 @@ def mesh_decomposed(
     shares: set[str] = set()
     most = np.inf
     if instead_of is not None and worst_of(instead_of) >= SMOOTH_BELOW:
-        most = MOST_MORE * instead_of.n_hexes
+        most = max(MOST_MORE * instead_of.n_hexes, CHEAP)
     for row in searches:
         if best is not None and (worst_of(best) >= SMOOTH_BELOW or run.is_over()):
             break
