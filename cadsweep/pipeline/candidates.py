@@ -16,7 +16,7 @@ from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
 from .nearness.nearer import in_the_way
-from .origin import AnyMesh
+from .origin import AnyMesh, quality_of
 from .run import Run, Tries
 
 log = logging.getLogger(__name__)
@@ -61,8 +61,7 @@ class Made:
     @property
     def report(self) -> QualityReport:
         """What the checks found."""
-        report: QualityReport = self.mesh.info["quality"]
-        return report
+        return quality_of(self.mesh)
 
     @property
     def is_near(self) -> bool:

@@ -13,7 +13,7 @@ from ..brep import Solid
 from ..options import SweepOptions
 from ..quality import QualityReport
 from .candidates import GOOD_ENOUGH, POINTED, POOR
-from .origin import AnyMesh, worst_of
+from .origin import AnyMesh, quality_of, worst_of
 
 GOOD_STACK = 0.3
 """Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
@@ -76,12 +76,6 @@ def is_as_good(mesh: AnyMesh, solid: Solid) -> bool:
 def _limit(mesh: AnyMesh, which: str) -> float:
     """A limit of columns, as :class:`cadsweep.stack.Stack` has it; 1 of other meshes."""
     return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
-
-
-def quality_of(mesh: AnyMesh) -> QualityReport:
-    """What the checks found."""
-    report: QualityReport = mesh.info["quality"]
-    return report
 
 
 def _sharpest(solid: Solid, report: QualityReport, beyond: float = 0.0) -> float:

@@ -17,7 +17,7 @@ from ..entity.entities import Entities
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import CadReference
+from ..quality import CadReference, QualityReport
 from ..sweep import Sweep
 
 
@@ -132,9 +132,15 @@ AnyMesh = HexMesh | BlockMesh
 """What the ways to a mesh make: one in memory, or one that stays in blocks."""
 
 
+def quality_of(mesh: AnyMesh) -> QualityReport:
+    """What the checks found of a mesh."""
+    report: QualityReport = mesh.info["quality"]
+    return report
+
+
 def worst_of(mesh: AnyMesh) -> float:
     """Worst scaled Jacobian of a mesh that was judged."""
-    return float(mesh.info["quality"].min_scaled_jacobian)
+    return quality_of(mesh).min_scaled_jacobian
 
 
 def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:

@@ -52,8 +52,8 @@ from .candidates import (
     foremost,
     touching_of,
 )
-from .judging import FAR_WORSE, is_as_good, is_of_placing, is_pointed, is_poor, quality_of, reached_by
-from .origin import AnyMesh, made_of, worst_of
+from .judging import FAR_WORSE, is_as_good, is_of_placing, is_pointed, is_poor, reached_by
+from .origin import AnyMesh, made_of, quality_of, worst_of
 from .parts import load
 from .run import Run
 from .tips import AFTER, mesh_bridged_or_plain

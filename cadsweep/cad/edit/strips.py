@@ -182,14 +182,14 @@ class _Stripped(TurnedBody):
             and all(self.is_turned(self.solid.faces[f]) for f in edge.faces)
             and edge.dihedral < pi - self.flat
         ]
-        if len(unlike([float(place @ frame[2]) for place in lines], self.near)) < 2:
+        if len(unlike([float(line @ frame[2]) for line in lines], self.near)) < 2:
             return []
         low, high = (reach * self.solid.size for reach in (-1.5, 1.5))
         middle = float((self.solid.vertices.mean(axis=0) - self.line.place) @ frame[2])
         place = gp_Pnt(*map(float, self.line.place + middle * frame[2]))
         axes = gp_Ax3(place, gp_Dir(*map(float, frame[2])), gp_Dir(*map(float, frame[0])))
         found = []
-        for radius in unlike([float(np.hypot(*(frame[:2] @ place))) for place in lines], self.near):
+        for radius in unlike([float(np.linalg.norm(frame[:2] @ line)) for line in lines], self.near):
             if radius <= np.linalg.norm(widths):
                 continue
             start, end = np.arcsin(widths[0] / radius), np.arccos(widths[1] / radius)
