@@ -176,8 +176,11 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         raise refused.about(try_=find_remedy(part, options, refused, _mesh_plainly) or refused.try_) from refused
 
 
-def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) -> AnyMesh:
-    """As :func:`mesh_solid`, with a refusal that proposes nothing; cuts are looked for that share of their time."""
+def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0, *, is_own: bool = True) -> AnyMesh:
+    """As :func:`mesh_solid`, with a refusal that proposes nothing; cuts are looked for that share of their time.
+
+    Not `is_own`: the part is made of the user's, whose faces are looked at by themselves.
+    """
     refused: CadSweepError | None = None
     if not rows.is_on(SWEEP):
         refused = NotSweepableError("no sweep was looked for", try_="switch a row of the table 'way' on again")
@@ -194,7 +197,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             continue
         if row == CELLS and is_searched and best is not None:
             continue  # they were looked for before the sweep was smoothed
-        if best is None and row == CELLS and not is_early:
+        if best is None and row == CELLS and not is_early and is_own:
             _refuse_touching(part, refused, run)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
@@ -226,7 +229,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         rows.took(shares)
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
-    if not options.decompose:
+    if not options.decompose and is_own:
         _refuse_touching(part, refused, run)
     raise refused
 
@@ -283,7 +286,7 @@ def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
 
         return mesh_user_cut(part, options, run)
     with rows.without([FITTED]):
-        return _by_ways(part, options, run)
+        return _by_ways(part, options, run, is_own=False)
 
 
 def _may_be_better(part: Part, report: QualityReport, options: SweepOptions) -> bool:
@@ -345,7 +348,7 @@ def _mesh_design(part: Part, options: SweepOptions, run: Run, before: _Before) -
     def mesh_it(design: Part, options: SweepOptions, run: Run) -> AnyMesh:
         others = [DESIGN, FITTED] if before.share else [DESIGN, FITTED, CELLS]  # no search where a mesh is there
         with rows.without(others):
-            return _by_ways(design, options, run.for_share(DESIGN_LOOK), DESIGN_LOOK * before.share)
+            return _by_ways(design, options, run.for_share(DESIGN_LOOK), DESIGN_LOOK * before.share, is_own=False)
 
     return mesh_design(part, options, run, mesh_it)
 
