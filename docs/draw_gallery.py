@@ -29,6 +29,7 @@ VIEWS = {
     "cells/pillow_block": (0.5, -1.0, 0.7),
     "cells/slanted_bore": (0.5, -1.0, 0.7),
     "blended/blended_bracket": (1.0, -0.8, 0.8),
+    "blended/cast_lever": (0.6, -1.0, 0.7),
 }
 SCALE = {"title_font_size": 14, "label_font_size": 12, "position_x": 0.85}
 

@@ -16,8 +16,8 @@ pytestmark = pytest.mark.cad
 MODELS = sorted(Path(__file__).parents[1].joinpath("models", "blended").glob("*.py"))
 
 
-def test_there_is_one():
-    assert len(MODELS) == 1
+def test_there_are_two():
+    assert len(MODELS) == 2
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
