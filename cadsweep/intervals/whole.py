@@ -44,7 +44,7 @@ from .sizes import (
     wanted_counts,
 )
 
-LEAST_SHARE = 0.004
+LEAST_SHARE = 0.01
 """Share of the hexes that the smallest cell may have for its features, however small its volume is."""
 TANGENT = radians(1.0)
 """Angle of two sides below which they part tangent: at such a tip a cell has no thickness, whatever its size, and the
