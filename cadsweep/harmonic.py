@@ -35,12 +35,21 @@ def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
     return ordered[::2], (order // 4).reshape(-1, 2)
 
 
-def followed(rest: FloatArray, points: FloatArray, sides: IntArray, is_set: BoolArray) -> FloatArray:
-    """The points; those of the sides (s, 2) that are not set move from `rest` as those around them do, harmonically."""
+def followed(
+    rest: FloatArray, points: FloatArray, sides: IntArray, is_set: BoolArray, *, by_length: bool = False
+) -> FloatArray:
+    """The points; those of the sides (s, 2) that are not set move from `rest` as those around them do, harmonically.
+
+    `by_length`: short sides are stiff, so that thin hexahedra move as a whole.
+    """
     nodes, local = np.unique(sides, return_inverse=True)
     local = local.reshape(-1, 2)
     n = len(nodes)
-    graph = coo_array((np.ones(len(local)), (local[:, 0], local[:, 1])), shape=(n, n)).tocsr()
+    stiff = np.ones(len(local))
+    if by_length:
+        stiff /= np.maximum(((rest[sides[:, 0]] - rest[sides[:, 1]]) ** 2).sum(axis=1), 1e-300)
+        stiff /= stiff.mean()
+    graph = coo_array((stiff, (local[:, 0], local[:, 1])), shape=(n, n)).tocsr()
     graph = graph + graph.T
     laplacian = (diags_array(graph.sum(axis=1)) - graph).tocsr()
     known = is_set[nodes]

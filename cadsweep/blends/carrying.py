@@ -23,12 +23,12 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
-from ..brep import Curve, Solid, Surface
+from ..brep import Solid, Surface
 from ..cells import HEX_EDGES
 from ..errors import SurfaceMeshError
 from ..harmonic import followed, sides_of
 from .lines import Line, find_lines
-from .runs import Run, as_curve, find_runs
+from .runs import LaidLine, Run, as_curve, find_runs
 
 _SAME = 1e-6
 """Share of the solid's size within which a node is at a vertex, or on an edge."""
@@ -38,23 +38,6 @@ _ALONG = np.linspace(0.0, 1.0, 10)[1:-1]
 """Places between the ends of an edge of a design for which lines on the model are looked for."""
 _COVERED = 1e-6
 """Share of a run's length that its lines may leave out."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LaidLine:
-    """A line of the mesh on the model.
-
-    Attributes
-    ----------
-    nodes : (k,) int64
-    run : Run
-    curve : Curve
-        From its first to its last node.
-    """
-
-    nodes: IntArray
-    run: Run
-    curve: Curve
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,22 +101,9 @@ def carry(  # noqa: PLR0917
     patches = patch_of[faces]
     segments, pairs = sides_of(quads)
     laid, found, is_line, is_inner = _laid(solid, gone, patch_of, points, segments, faces[pairs])
-    is_set = np.zeros(len(points), dtype=bool)
-    is_set[segments[is_line]] = True
-    on_line = is_set.copy()
-    inner = np.zeros(len(points), dtype=bool)
-    inner[segments[is_inner]] = True
-    for wanted in (inner, np.ones(len(points), dtype=bool)):
-        for patch in np.unique(patches).tolist():
-            own = quads[patches == patch]
-            nodes = np.unique(own)
-            nodes = nodes[wanted[nodes] & ~is_set[nodes]]
-            if len(nodes):
-                sides = np.stack([own, np.roll(own, -1, axis=1)], axis=-1).reshape(-1, 2)
-                moved = followed(points, found, sides, is_set)[nodes]
-                found[nodes] = surfaces[patch].evaluate(surfaces[patch].project(moved))
-        is_set[quads] |= wanted[quads]
-    found = followed(points, found, hexes[:, HEX_EDGES].reshape(-1, 2), is_set)
+    on_line, inner = np.zeros((2, len(points)), dtype=bool)
+    on_line[segments[is_line]], inner[segments[is_inner]] = True, True
+    found = spread(points, found, on_line, hexes, quads, patches, surfaces, first=inner)
     surface, curve = np.full((2, len(points)), -1, dtype=np.int64)
     surface[quads] = patches[:, None]
     surface[on_line] = -1
@@ -142,6 +112,37 @@ def carry(  # noqa: PLR0917
     return Carried(
         points=found, lines=tuple(laid), patches=patches, surfaces=surfaces, surface=surface, curve=curve
     )  # fmt: skip
+
+
+def spread(  # noqa: PLR0917
+    rest: FloatArray,
+    points: FloatArray,
+    is_set: BoolArray,
+    hexes: IntArray,
+    quads: IntArray,
+    patches: IntArray,
+    surfaces: dict[int, Surface],
+    *,
+    first: BoolArray | None = None,
+    by_length: bool = False,
+) -> FloatArray:
+    """The points (n, 3); those that are not set follow from `rest`: on patches, some of them at first, then inside.
+
+    `by_length`: the inside as :func:`cadsweep.harmonic.followed` says.
+    """
+    found, is_set = points.copy(), is_set.copy()
+    every = np.ones(len(points), dtype=bool)
+    for wanted in (every,) if first is None else (first, every):
+        for patch in np.unique(patches).tolist():
+            own = quads[patches == patch]
+            nodes = np.unique(own)
+            nodes = nodes[wanted[nodes] & ~is_set[nodes]]
+            if len(nodes):
+                sides = np.stack([own, np.roll(own, -1, axis=1)], axis=-1).reshape(-1, 2)
+                moved = followed(rest, found, sides, is_set)[nodes]
+                found[nodes] = surfaces[patch].evaluate(surfaces[patch].project(moved))
+        is_set[quads] |= wanted[quads]
+    return followed(rest, found, hexes[:, HEX_EDGES].reshape(-1, 2), is_set, by_length=by_length)
 
 
 def check_edges(solid: Solid, gone: Collection[int], patch_of: IntArray, design: Solid, faces: IntArray) -> None:
@@ -247,7 +248,7 @@ def _on_runs(
     laid, covered = [], np.zeros(len(runs))
     for line, r in zip(lines, run_of, strict=True):
         run = runs[r]
-        at = _fractions(solid, run, found[line.nodes[[0, -1]]], points[line.nodes])
+        at = fractions_of(solid, run, found[line.nodes[[0, -1]]], points[line.nodes])
         found[line.nodes[1:-1]] = run.evaluate(at[1:-1])
         covered[r] += abs(at[-1] - at[0])
         laid.append(LaidLine(nodes=line.nodes, run=run, curve=as_curve(run, float(at[0]), float(at[-1]))))
@@ -298,7 +299,7 @@ def _place(solid: Solid, runs: Sequence[Run], point: FloatArray) -> FloatArray:
     return place
 
 
-def _fractions(solid: Solid, run: Run, ends: FloatArray, points: FloatArray) -> FloatArray:
+def fractions_of(solid: Solid, run: Run, ends: FloatArray, points: FloatArray) -> FloatArray:
     """Where the nodes of a line lie on its run, in order: near to where they are, else by shares of its length.
 
     A corner is the end of its run also where the model has it beside the curve of its edge.
@@ -327,4 +328,4 @@ def _fraction(solid: Solid, run: Run, place: FloatArray) -> float:
     return float(at_end.index(True)) if any(at_end) else float(run.project(place[None])[0])
 
 
-__all__ = ["Carried", "LaidLine", "carry", "check_edges"]
+__all__ = ["Carried", "carry", "check_edges", "fractions_of", "spread"]

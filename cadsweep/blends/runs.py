@@ -7,7 +7,7 @@ edges of a run there is no corner of the design, and nodes need not be at that v
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from math import pi
 
@@ -131,6 +131,23 @@ class Stretch:
         return found
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LaidLine:
+    """A line of the mesh on the model.
+
+    Attributes
+    ----------
+    nodes : (k,) int64
+    run : Run
+    curve : Curve
+        From its first to its last node.
+    """
+
+    nodes: IntArray
+    run: Run
+    curve: Curve
+
+
 def as_curve(run: Run, first: float, last: float) -> Curve:
     """The curve of a stretch; that of the edge where it is all of one."""
     if len(run.edges) == 1 and (first, last) == ((0.0, 1.0) if run.forward[0] else (1.0, 0.0)):
@@ -144,25 +161,28 @@ def find_runs(solid: Solid, patches: IntArray, corners: Collection[int]) -> list
     They go on around a kink, but for one at a vertex that is among the `corners`: a design has an edge go straight on
     where a blend of the model ends with one.
     """
-    at: dict[int, list[int]] = defaultdict(list)
-    sharp = [edge.id for edge in solid.edges if _is_line(edge, patches)]
-    for e in sharp:
-        for vertex in (solid.edges[e].start, solid.edges[e].end):
-            at[vertex].append(e)
+    sharp = [edge.id for edge in solid.edges if is_line(edge, patches)]
 
-    def pair(e: int) -> tuple[int, int]:
-        low, high = sorted(int(patches[f]) for f in solid.edges[e].faces)
-        return low, high
-
-    def goes_on(vertex: int) -> bool:
-        if len(at[vertex]) != 2 or at[vertex][0] == at[vertex][1] or pair(at[vertex][0]) != pair(at[vertex][1]):
+    def goes_on(vertex: int, one: int, other: int) -> bool:
+        if {patches[f] for f in solid.edges[one].faces} != {patches[f] for f in solid.edges[other].faces}:
             return False
         if vertex not in corners:
             return True
-        one, other = (_leaving(solid.edges[e], vertex) for e in at[vertex])
-        return bool(one @ other < -np.cos(_KINK))
+        tangents = [_leaving(solid.edges[e], vertex) for e in (one, other)]
+        return bool(tangents[0] @ tangents[1] < -np.cos(_KINK))
 
-    left, runs = dict.fromkeys(sharp), []
+    return chained(solid, patches, sharp, goes_on)
+
+
+def chained(
+    solid: Solid, patches: IntArray, edges: Collection[int], goes_on: Callable[[int, int, int], bool]
+) -> list[Run]:
+    """Runs of some edges of a solid: on at a vertex from one to the other, where two meet there and it `goes_on`."""
+    at: dict[int, list[int]] = defaultdict(list)
+    for e in edges:
+        for vertex in (solid.edges[e].start, solid.edges[e].end):
+            at[vertex].append(e)
+    left, runs = dict.fromkeys(edges), []
     while left:
         first = next(iter(left))
         del left[first]
@@ -171,21 +191,25 @@ def find_runs(solid: Solid, patches: IntArray, corners: Collection[int]) -> list
             while True:
                 e, ahead = run[-1]
                 vertex = solid.edges[e].end if ahead else solid.edges[e].start
-                following = [other for other in at[vertex] if other in left] if goes_on(vertex) else []
+                own = at[vertex]
+                is_on = len(own) == 2 and own[0] != own[1] and goes_on(vertex, *own)
+                following = [other for other in own if other in left] if is_on else []
                 if not following:
                     break
                 del left[following[0]]
                 run.append((following[0], solid.edges[following[0]].start == vertex))
             run = [(e, not ahead) for e, ahead in reversed(run)]
+        low, high = sorted(int(patches[f]) for f in solid.edges[first].faces)
         ends = solid.first_vertex(run[0]), solid.last_vertex(run[-1])
         runs.append(
-            Run(pair=pair(first), edges=tuple(solid.edges[e] for e, _ in run), forward=tuple(a for _, a in run),
+            Run(pair=(low, high), edges=tuple(solid.edges[e] for e, _ in run), forward=tuple(a for _, a in run),
                 ends=ends)
         )  # fmt: skip
     return runs
 
 
-def _is_line(edge: Edge, patches: IntArray) -> bool:
+def is_line(edge: Edge, patches: IntArray) -> bool:
+    """Whether an edge is between two patches, or sharp within one."""
     one, other = (int(patches[f]) for f in edge.faces)
     return one != other or abs(edge.dihedral - pi) > TANGENT
 
@@ -195,4 +219,4 @@ def _leaving(edge: Edge, vertex: int) -> FloatArray:
     return tangent
 
 
-__all__ = ["Run", "Stretch", "as_curve", "find_runs"]
+__all__ = ["LaidLine", "Run", "Stretch", "as_curve", "chained", "find_runs", "is_line"]

@@ -17,8 +17,9 @@ from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Face, FormerFace, Loop, Solid, Surface
 from ..errors import SurfaceMeshError
 from ..harmonic import sides_of
-from .carrying import Carried, LaidLine
+from .carrying import Carried
 from .patches import PatchSurface
+from .runs import LaidLine
 
 _STEP = 1e-4
 """Share of a line over which its tangents at its ends are measured."""

@@ -15,18 +15,18 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import cad, rows
 from ..arrays import FloatArray, IntArray
 from ..blends import Blend, find_blends
-from ..blends.carrying import carry, check_edges
+from ..blends.borders import BORDERS, Bordered, with_borders
+from ..blends.carrying import Carried, carry, check_edges
 from ..blends.patches import find_patches
 from ..blends.sheets import SHEET, DesignMesh, with_sheet
 from ..blends.united import patch_surfaces, unite
-from ..blocks.block_mesh import BlockMesh
 from ..blocks.interface_slides import InterfaceSlides
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid, lie_in
@@ -35,6 +35,7 @@ from ..errors import CadError, CadSweepError, InvertedHexError, NotSweepableErro
 from ..intervals.sizes import WANTED_HEXES
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..smoothing.ladder import STEPS
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
 from .candidates import SMOOTH_BELOW
@@ -42,7 +43,7 @@ from .complexes.several import finish
 from .finished.pairs import with_pairs
 from .nearness.measured import quads_off
 from .nearness.nearer import missed_tolerance
-from .origin import AnyMesh, CellsOrigin, DesignChoice, FromDesign, made_of, worst_of
+from .origin import AnyMesh, CellsOrigin, DesignChoice, FromDesign, made_of, to_be, with_last, worst_of
 from .run import Run, Tries
 from .wishes.design_words import left_to_design, on_design, speaks_of_entities, without_words
 from .wishes.local_sizes import growing_from, no_larger_than
@@ -60,10 +61,10 @@ _ROUNDS = 2
 """Times that a mesh is made finer so as to be near enough to the model."""
 _NEARER = 0.8
 """Share of the lengths at which the quads would just be as near."""
-_NOTE = (
-    "meshed by its design, without {} faces of blends, and laid on them then; no lines of the mesh follow their "
-    "borders, they have the quads with middles on them"
-)
+_NOTE = "meshed by its design, without {} faces of blends, and laid on them then"
+_FOLLOWED = "{} of {} borders of its blends are lines of the mesh; at others each face has the quads with middles on it"
+_STEPS = tuple(f"{name} " for steps in STEPS.values() for name, _ in steps)
+"""How notes of smoothing begin."""
 _SPOKEN = "what is asked of faces and edges holds on the design, whose edges go on to where those of its blends meet"
 
 
@@ -78,7 +79,11 @@ def has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -
     """
     if options.rail_layers is not None or (best is not None and speaks_of_entities(options)):
         return False
-    around = [{*blend.faces, *chain.from_iterable(blend.supports)} for blend in find_blends(part.solids[0])]
+    (solid,) = part.solids
+    shown = [face.shown for face in solid.faces]
+    around = [
+        {shown[f] for f in (*blend.faces, *chain.from_iterable(blend.supports))} for blend in find_blends(solid)
+    ]  # fmt: skip
     if best is None or best.info["way"] != "sweep" or worst_of(best) < SMOOTH_BELOW:
         return bool(around)
     (sweep,) = best.info["sweeps"]
@@ -124,7 +129,7 @@ def design_like(
     if len(every) <= max(like.blends):
         raise CadError(f"the parts do not correspond: '{part.name}' has {len(every)} blends, and the mesh's part more")
     own = [every[number] for number in like.blends]
-    return _mesh_without(part, own, options, run, mesh_it, like)
+    return with_last(_mesh_without(part, own, options, run, mesh_it, like))
 
 
 def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
@@ -182,25 +187,35 @@ def _mesh_near(
     mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
 ) -> HexMesh:
     """As :func:`_mesh_without`, finer where it is farther off the blends than asked, or the nearest of a few."""
-    mesh = best = _mesh_without(part, blends, options, run, mesh_it)
+    mesh = _mesh_without(part, blends, options, run, mesh_it)
+    if options.tolerance is None:
+        return mesh
+    asked = options.tolerance
+    made = [(mesh, min(mesh, with_last(mesh), key=_off))]
     for _ in range(_ROUNDS):
-        if options.tolerance is None or best.info["distance"] <= options.tolerance or run.is_over():
+        if min(_off(last) for _, last in made) <= asked or run.is_over():
             break
-        places, needed = quads_off(mesh.origin.part, mesh.origin.joined, options.tolerance / part.scale)
+        last = made[-1][1]
+        places, needed = quads_off(last.origin.part, last.origin.joined, asked / part.scale)
         if not len(places):
             break  # it is edges that are off
         options = no_larger_than(growing_from(places, _NEARER * needed), part, options)
         try:
             mesh = _mesh_without(part, blends, options, run, mesh_it)
+            made.append((mesh, min(mesh, with_last(mesh), key=_off)))
         except CadSweepError as error:
             log.info("a nearer mesh of a design was given up: %s", error)
             break
-        best = min(best, mesh, key=lambda own: float(own.info["distance"]))
-    off = best.info["distance"]
-    if options.tolerance is None or off <= options.tolerance:
-        return best
-    missed = missed_tolerance(off, options, "no lines of the mesh follow the borders of blends")
-    return replace(best, info={**best.info, "notes": [*best.info["notes"], missed]})
+    mesh, last = min(made, key=lambda own: _off(own[1]))
+    if _off(last) > asked:
+        missed = missed_tolerance(_off(last), options, "not every border of a blend is a line of the mesh")
+        last = replace(last, info={**last.info, "notes": [*last.info["notes"], missed]})
+    return to_be(mesh, lambda: last)
+
+
+def _off(mesh: HexMesh) -> float:
+    """How far a mesh is off the model."""
+    return float(mesh.info["distance"])
 
 
 def _mesh_without(  # noqa: PLR0917
@@ -233,30 +248,34 @@ def _mesh_without(  # noqa: PLR0917
     notes += [_SPOKEN] if speaks_of_entities(options) else []
 
     def lay(laid: DesignMesh) -> HexMesh:
-        mesh = _laid_on_model(part, design, patch_of, laid, roles, notes, made.info["sweeps"], options, run)
+        mesh, bordered = _laid_on_model(part, blends, design, patch_of, laid, roles, notes, options, run)
         if laid is sheeted:
             rows.took([SHEET])
-        assert isinstance(mesh.origin, CellsOrigin), "one solid"
         choice = DesignChoice(numbers, roles, laid is sheeted)
-        return replace(mesh, origin=replace(mesh.origin, design=FromDesign(made, choice)))
+
+        def told(mesh: HexMesh) -> HexMesh:
+            assert isinstance(mesh.origin, CellsOrigin), "one solid"
+            info = {**mesh.info, "sweeps": made.info["sweeps"], "way": made.info["way"]}
+            return replace(mesh, origin=replace(mesh.origin, design=FromDesign(made, choice)), info=info)
+
+        return to_be(told(mesh), lambda: told(bordered()))
 
     ways = [laid for laid in (sheeted, plain) if laid is not None]
-    best = _best_of((partial(lay, laid) for laid in (ways if like is None else ways[:1])), run)
-    return replace(best, info={**best.info, "way": made.info["way"]})
+    return _best_of((partial(lay, laid) for laid in (ways if like is None else ways[:1])), run)
 
 
 def _laid_on_model(  # noqa: PLR0917
     part: Part,
+    blends: list[Blend],
     design: cad.Design,
     patch_of: IntArray,
     made: DesignMesh,
     roles: dict[str, str],
     notes: list[str],
-    sweeps: list[dict[str, Any]],
     options: SweepOptions,
     run: Run,
-) -> HexMesh:
-    """A mesh on the design, on the model and checked.
+) -> tuple[HexMesh, Callable[[], HexMesh]]:
+    """A mesh on the design, on the model and checked; and what lays lines of it on borders of blends.
 
     Raises
     ------
@@ -266,27 +285,38 @@ def _laid_on_model(  # noqa: PLR0917
     with run.stage("carrying"):
         carrying = _carried(part, design, patch_of, made, roles)
 
-    def finished(joined: JoinedMesh) -> HexMesh | BlockMesh:
-        return finish(
-            replace(part, solids=(carrying.solid,), models=part.models, owners=(0,)),
-            joined,
-            options,
-            replace(run, measure=None),
-            notes=notes,
-            sweeps=sweeps,
-            slides=lambda: carrying.slides,
-        )
+    def finished(joined: JoinedMesh, slides: InterfaceSlides, notes: list[str]) -> HexMesh:
+        united = replace(part, solids=(carrying.solid,), models=part.models, owners=(0,))
+        own = replace(run, measure=None)
+        mesh = finish(united, joined, options, own, notes=notes, slides=lambda: slides)
+        assert isinstance(mesh, HexMesh), "it has no factors"
+        return with_pairs(made_of(mesh, part))
 
     try:
-        mesh = finished(carrying.joined)
+        mesh = finished(carrying.joined, carrying.slides, notes)
     except InvertedHexError:  # smoothing mends places; what is crossed all over takes all nodes at once
         if run.is_over():
             raise
         with run.stage("carrying"):
             untangled = _untangled(carrying, edge_lengths(made.points, made.hexes), run)
-        mesh = finished(untangled)
-    assert isinstance(mesh, HexMesh), "it has no factors"
-    return with_pairs(made_of(mesh, part))
+        mesh = finished(untangled, carrying.slides, notes)
+
+    def bordered() -> HexMesh:
+        if not rows.is_on(BORDERS) or _is_layered(options) or run.is_over():
+            return mesh
+        joined = mesh.origin.joined
+        with run.stage("carrying"):
+            laid = with_borders(
+                part.solids[0], blends, patch_of, carrying.carried, joined.points, joined.hexes, joined.quads
+            )  # fmt: skip
+        said = _FOLLOWED.format(len(laid.borders), laid.n_runs)
+        if not laid.borders:
+            return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], said]})
+        rows.took([BORDERS])
+        steps = [note for note in mesh.info["notes"] if note.startswith(_STEPS)]
+        return finished(joined.moved(laid.points), carrying.on_borders(laid), [*notes, *steps, said])
+
+    return mesh, bordered
 
 
 def _is_layered(options: SweepOptions) -> bool:
@@ -298,8 +328,18 @@ class _Carrying(NamedTuple):
     """The model by patches, the mesh on it, and how its nodes may move."""
 
     solid: Solid
+    carried: Carried
     joined: JoinedMesh
     slides: InterfaceSlides
+
+    def on_borders(self, laid: Bordered) -> InterfaceSlides:
+        """How its nodes may move once some are on borders of blends."""
+        surface, curve, mask = self.slides.surface.copy(), self.slides.curve.copy(), self.slides.mask.copy()
+        for number, (nodes, _) in enumerate(laid.borders, start=len(self.slides.curves)):
+            surface[nodes], curve[nodes] = -1, number
+        surface[laid.at], curve[laid.at], mask[laid.at] = -1, -1, False
+        curves = [*self.slides.curves, *(own for _, own in laid.borders)]
+        return replace(self.slides, mask=mask, surface=surface, curve=curve, curves=curves)
 
 
 def _carried(part: Part, design: cad.Design, patch_of: IntArray, made: DesignMesh, roles: dict[str, str]) -> _Carrying:
@@ -331,7 +371,7 @@ def _carried(part: Part, design: cad.Design, patch_of: IntArray, made: DesignMes
         roles=_roles(united, roles),
         edge_nodes={number: line.nodes for number, line in enumerate(carried.lines)},
     )
-    return _Carrying(united, joined, slides)
+    return _Carrying(united, carried, joined, slides)
 
 
 def _on_design(solid: Solid, made: Entities) -> DesignMesh:
@@ -359,7 +399,7 @@ def _untangled(carrying: _Carrying, lengths: FloatArray, run: Run) -> JoinedMesh
     SurfaceMeshError
         Some stay inverted.
     """
-    _, joined, slides = carrying
+    joined, slides = carrying.joined, carrying.slides
     free = np.ones(len(joined.points), dtype=bool)
     free[joined.quads] = False
     height = _GUARD * float(np.median(lengths))

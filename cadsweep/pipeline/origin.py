@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -34,10 +34,14 @@ class DesignChoice(NamedTuple):
 
 
 class FromDesign(NamedTuple):
-    """The mesh of the design that a mesh was carried to its model from, and how that was."""
+    """The mesh of the design that a mesh was carried to its model from, and how that was.
+
+    `last`: makes the mesh that is handed over of one that was compared with others, see :func:`with_last`.
+    """
 
     mesh: HexMesh
     choice: DesignChoice
+    last: Callable[[], HexMesh] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -164,6 +168,19 @@ def made_of(mesh: HexMesh, model: Part, sweep: Sweep | None = None) -> HexMesh:
     if not isinstance(mesh.origin, CellsOrigin) or mesh.origin.is_swept:
         return mesh
     return replace(mesh, origin=replace(mesh.origin, model=model, is_swept=sweep is not None, sweep=sweep))
+
+
+def to_be(mesh: HexMesh, last: Callable[[], HexMesh]) -> HexMesh:
+    """A mesh of a design that is to be another one, once it is known to be the best."""
+    assert isinstance(mesh.origin, CellsOrigin), "one solid"
+    assert mesh.origin.design is not None, "of a design"
+    return replace(mesh, origin=replace(mesh.origin, design=mesh.origin.design._replace(last=last)))
+
+
+def with_last(mesh: HexMesh) -> HexMesh:
+    """The mesh with what is done to it once it is known to be the best: lines of it laid on borders of blends."""
+    design = mesh.origin.design if isinstance(mesh.origin, CellsOrigin) else None
+    return mesh if design is None or design.last is None else design.last()
 
 
 def first_order(mesh: HexMesh, n_nodes: int) -> HexMesh:

@@ -53,7 +53,7 @@ from .candidates import (
     touching_of,
 )
 from .judging import FAR_WORSE, is_as_good, is_of_placing, is_pointed, is_poor, reached_by
-from .origin import AnyMesh, made_of, quality_of, worst_of
+from .origin import AnyMesh, made_of, quality_of, with_last, worst_of
 from .parts import load
 from .run import Run
 from .tips import AFTER, mesh_bridged_or_plain
@@ -227,7 +227,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0, *,
         enough |= good or not _may_be_better(part, quality_of(mesh), options)
     if best is not None:
         rows.took(shares)
-        return best if isinstance(best, BlockMesh) else made_of(best, part)
+        return best if isinstance(best, BlockMesh) else made_of(with_last(best), part)
     assert refused is not None
     if not options.decompose and is_own:
         _refuse_touching(part, refused, run)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..blends.borders import BORDERS
 from ..blends.sheets import SHEET
 from ..cad.edit.families import FAMILIES
 from ..errors import InputError, did_you_mean
@@ -42,6 +43,7 @@ def all_rows() -> tuple[str, ...]:
         LETTING,
         ENDING,
         SHEET,
+        BORDERS,
         *(attempt.row for attempt in ATTEMPTS),
         THROUGH_SHEET,
         ALIKE,
