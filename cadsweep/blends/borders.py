@@ -47,6 +47,10 @@ _FARTHER = 1.5
 """How far quads may be off the model for a border, over the farthest before."""
 
 
+BorderChoice = tuple[tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, int], ...]], ...]
+"""Of every border that is followed its edges, the nodes on it, and which of them are at which vertices."""
+
+
 class Border(NamedTuple):
     """A run of smooth edges, nodes (k,) that follow it and how far off, and the vertices that those at its ends go to.
 
@@ -60,15 +64,25 @@ class Border(NamedTuple):
 
 
 class Bordered(NamedTuple):
-    """Points (n, 3), the nodes (k,) and curves of borders that lines of the mesh follow, and nodes at their vertices.
-
-    `n_runs`: of how many.
-    """
+    """Points (n, 3), the borders of blends that lines of the mesh follow, their curves, and of how many they are."""
 
     points: FloatArray
-    borders: list[tuple[IntArray, Curve]]
-    at: IntArray
+    borders: list[Border]
+    curves: list[Curve]
     n_runs: int
+
+    @property
+    def at_vertices(self) -> list[int]:
+        """Nodes that stay where borders meet, or end."""
+        return sorted({node for border in self.borders for node in border.at})
+
+    @property
+    def choice(self) -> BorderChoice:
+        """What another mesh with the same hexahedra needs to be laid alike."""
+        return tuple(
+            (tuple(edge.id for edge in border.run.edges), tuple(border.nodes.tolist()), tuple(border.at.items()))
+            for border in self.borders
+        )
 
 
 def with_borders(  # noqa: PLR0917
@@ -79,6 +93,7 @@ def with_borders(  # noqa: PLR0917
     points: FloatArray,
     hexes: IntArray,
     quads: IntArray,
+    like: BorderChoice | None = None,
 ) -> Bordered:
     """Lay lines of a mesh on borders of blends, as far as no hexahedron becomes poor by it.
 
@@ -96,36 +111,35 @@ def with_borders(  # noqa: PLR0917
         Where its nodes are since.
     hexes : (m, 8) int64
     quads : (q, 4) int64
+    like : optional
+        The lines of another mesh, which are taken as they are.
+
+    Raises
+    ------
+    SurfaceMeshError
+        A line has no room on its border.
     """
     runs = _border_runs(solid, patch_of)
+    if like is not None:
+        by_edges = {tuple(edge.id for edge in run.edges): run for run in runs}
+        left = [Border(by_edges[e], np.array(own), dict(at), 0.0) for e, own, at in like if e in by_edges]
+        found, curves = _laid(solid, carried, left, points, hexes, quads)
+        return Bordered(found, left, curves, len(runs))
     depth = np.zeros(len(solid.faces), dtype=np.int64)
     for blend in blends:
         depth[list(blend.faces)] = 1 + (blend.kind == "corner")
-    lines = _find_lines(runs, _Walks(solid, depth, carried, quads, points)) if runs else []
+    left = _chosen(_find_lines(runs, _Walks(solid, depth, carried, quads, points))) if runs else []
     before = scaled_jacobians(points, hexes)
-    least = np.where(before >= _FAIR, _FAIR, before - _WORSE)
+    least = np.where(before >= _FAIR, _FAIR, np.maximum(before - _WORSE, 0.5 * before))
     most = max(_sags(carried, points, quads).max(), _ON * solid.size)
-    left, turn = _chosen(lines), 0
+    turn = 0
     while left:
-        wanted = {node: vertex for border in left for node, vertex in border.at.items()}
-        found, is_set = points.copy(), np.zeros(len(points), dtype=bool)
-        for line in carried.lines:
-            found[line.nodes] = _pinned(solid, line, wanted, points)
-            is_set[line.nodes] = True
-        found[list(wanted)] = solid.vertices[list(wanted.values())]
-        laid = []
-        for border in left:
-            at = fractions_of(solid, border.run, found[border.nodes[[0, -1]]], found[border.nodes])
-            within = border.nodes[1:-1] if border.at else border.nodes
-            found[within] = border.run.evaluate(at)[1:-1] if border.at else border.run.evaluate(at)
-            is_set[border.nodes] = True
-            laid.append((border.nodes, as_curve(border.run, float(at[0]), float(at[-1]))))
-        found = spread(points, found, is_set, hexes, quads, carried.patches, carried.surfaces, by_length=True)
+        found, curves = _laid(solid, carried, left, points, hexes, quads)
         by_hex = least - scaled_jacobians(found, hexes)
         by_quad = _sags(carried, found, quads) / most - _FARTHER
         worst = max(by_hex.max(), by_quad.max())
         if worst <= 0.0:
-            return Bordered(found, laid, np.array(list(wanted), dtype=np.int64), len(runs))
+            return Bordered(found, left, curves, len(runs))
         poor = np.union1d(hexes[by_hex > 0.5 * worst], quads[by_quad > 0.5 * worst])
         tree = cKDTree(found[poor])
         away = np.array([tree.query(found[border.nodes])[0].min() for border in left])
@@ -133,7 +147,28 @@ def with_borders(  # noqa: PLR0917
         turn += 1
         n_gone = max(np.count_nonzero(away == away.min()), (turn > _TURNS) * len(left) // 2)
         left = [left[k] for k in sorted(order[n_gone:].tolist())]
-    return Bordered(points, [], np.zeros(0, dtype=np.int64), len(runs))
+    return Bordered(points, [], [], len(runs))
+
+
+def _laid(  # noqa: PLR0917
+    solid: Solid, carried: Carried, borders: Sequence[Border], points: FloatArray, hexes: IntArray, quads: IntArray
+) -> tuple[FloatArray, list[Curve]]:
+    """All points once lines of the mesh are on borders, and the curves of these."""
+    wanted = {node: vertex for border in borders for node, vertex in border.at.items()}
+    found, is_set = points.copy(), np.zeros(len(points), dtype=bool)
+    for line in carried.lines:
+        found[line.nodes] = _pinned(solid, line, wanted, points)
+        is_set[line.nodes] = True
+    found[list(wanted)] = solid.vertices[list(wanted.values())]
+    curves = []
+    for border in borders:
+        at = fractions_of(solid, border.run, found[border.nodes[[0, -1]]], found[border.nodes])
+        within = slice(1, -1) if border.at else slice(None)
+        found[border.nodes[within]] = border.run.evaluate(at[within])
+        is_set[border.nodes] = True
+        curves.append(as_curve(border.run, float(at[0]), float(at[-1])))
+    found = spread(points, found, is_set, hexes, quads, carried.patches, carried.surfaces, by_length=True)
+    return found, curves
 
 
 def _sags(carried: Carried, points: FloatArray, quads: IntArray) -> FloatArray:
@@ -293,4 +328,4 @@ class _Walks:
             (segment,) = following
 
 
-__all__ = ["BORDERS", "Bordered", "with_borders"]
+__all__ = ["BORDERS", "BorderChoice", "Bordered", "with_borders"]

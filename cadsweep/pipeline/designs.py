@@ -15,35 +15,26 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import NamedTuple
 
 import numpy as np
 
 from .. import cad, rows
-from ..arrays import FloatArray, IntArray
 from ..blends import Blend, find_blends
-from ..blends.borders import BORDERS, Bordered, with_borders
-from ..blends.carrying import Carried, carry, check_edges
+from ..blends.borders import BorderChoice
+from ..blends.carrying import check_edges
 from ..blends.patches import find_patches
 from ..blends.sheets import SHEET, DesignMesh, with_sheet
-from ..blends.united import patch_surfaces, unite
-from ..blocks.interface_slides import InterfaceSlides
-from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid, lie_in
 from ..entity.entities import Entities
-from ..errors import CadError, CadSweepError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..errors import CadError, CadSweepError, NotSweepableError
 from ..intervals.sizes import WANTED_HEXES
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..smoothing.ladder import STEPS
-from ..smoothing.patch import edge_lengths
-from ..smoothing.untangle import guards_outside, untangle
 from .candidates import SMOOTH_BELOW
-from .complexes.several import finish
-from .finished.pairs import with_pairs
+from .laying import is_layered, laid_on_model
 from .nearness.measured import quads_off
 from .nearness.nearer import missed_tolerance
-from .origin import AnyMesh, CellsOrigin, DesignChoice, FromDesign, made_of, to_be, with_last, worst_of
+from .origin import AnyMesh, CellsOrigin, DesignChoice, FromDesign, to_be, with_last, worst_of
 from .run import Run, Tries
 from .wishes.design_words import left_to_design, on_design, speaks_of_entities, without_words
 from .wishes.local_sizes import growing_from, no_larger_than
@@ -52,19 +43,12 @@ log = logging.getLogger(__name__)
 
 _GOOD = 0.5
 """Worst scaled Jacobian at which no other design is tried."""
-_GUARD = 0.25
-"""Height of the hexahedra outside, over the lengths of the boundary's quads, while a mesh is untangled."""
-_GOAL = 0.2
-"""Worst scaled Jacobian at which untangling ends: smoothing goes on from there."""
 
 _ROUNDS = 2
 """Times that a mesh is made finer so as to be near enough to the model."""
 _NEARER = 0.8
 """Share of the lengths at which the quads would just be as near."""
 _NOTE = "meshed by its design, without {} faces of blends, and laid on them then"
-_FOLLOWED = "{} of {} borders of its blends are lines of the mesh; at others each face has the quads with middles on it"
-_STEPS = tuple(f"{name} " for steps in STEPS.values() for name, _ in steps)
-"""How notes of smoothing begin."""
 _SPOKEN = "what is asked of faces and edges holds on the design, whose edges go on to where those of its blends meet"
 
 
@@ -240,7 +224,7 @@ def _mesh_without(  # noqa: PLR0917
     made = without_words(made, design.part)
     assert isinstance(made.origin, CellsOrigin), "one solid"
     plain = _on_design(solid, made.origin.entities)
-    is_tried = rows.is_on(SHEET) and not _is_layered(options) if like is None else like.is_sheeted
+    is_tried = rows.is_on(SHEET) and not is_layered(options) if like is None else like.is_sheeted
     sheeted = with_sheet(plain, patch_of, blends) if is_tried else None
     numbers = tuple(number for number, blend in enumerate(find_blends(solid)) if blend in blends)
     roles = _roles_of(made.origin) if like is None else like.roles
@@ -248,130 +232,21 @@ def _mesh_without(  # noqa: PLR0917
     notes += [_SPOKEN] if speaks_of_entities(options) else []
 
     def lay(laid: DesignMesh) -> HexMesh:
-        mesh, bordered = _laid_on_model(part, blends, design, patch_of, laid, roles, notes, options, run)
+        borders = None if like is None else like.borders
+        mesh, bordered = laid_on_model(part, blends, design, patch_of, laid, roles, notes, options, run, borders)
         if laid is sheeted:
             rows.took([SHEET])
-        choice = DesignChoice(numbers, roles, laid is sheeted)
 
-        def told(mesh: HexMesh) -> HexMesh:
+        def told(mesh: HexMesh, borders: BorderChoice) -> HexMesh:
             assert isinstance(mesh.origin, CellsOrigin), "one solid"
+            choice = DesignChoice(numbers, roles, laid is sheeted, borders)
             info = {**mesh.info, "sweeps": made.info["sweeps"], "way": made.info["way"]}
             return replace(mesh, origin=replace(mesh.origin, design=FromDesign(made, choice)), info=info)
 
-        return to_be(told(mesh), lambda: told(bordered()))
+        return to_be(told(mesh, ()), lambda: told(*bordered()))
 
     ways = [laid for laid in (sheeted, plain) if laid is not None]
     return _best_of((partial(lay, laid) for laid in (ways if like is None else ways[:1])), run)
-
-
-def _laid_on_model(  # noqa: PLR0917
-    part: Part,
-    blends: list[Blend],
-    design: cad.Design,
-    patch_of: IntArray,
-    made: DesignMesh,
-    roles: dict[str, str],
-    notes: list[str],
-    options: SweepOptions,
-    run: Run,
-) -> tuple[HexMesh, Callable[[], HexMesh]]:
-    """A mesh on the design, on the model and checked; and what lays lines of it on borders of blends.
-
-    Raises
-    ------
-    CadSweepError
-        It cannot be carried, or is not valid there.
-    """
-    with run.stage("carrying"):
-        carrying = _carried(part, design, patch_of, made, roles)
-
-    def finished(joined: JoinedMesh, slides: InterfaceSlides, notes: list[str]) -> HexMesh:
-        united = replace(part, solids=(carrying.solid,), models=part.models, owners=(0,))
-        own = replace(run, measure=None)
-        mesh = finish(united, joined, options, own, notes=notes, slides=lambda: slides)
-        assert isinstance(mesh, HexMesh), "it has no factors"
-        return with_pairs(made_of(mesh, part))
-
-    try:
-        mesh = finished(carrying.joined, carrying.slides, notes)
-    except InvertedHexError:  # smoothing mends places; what is crossed all over takes all nodes at once
-        if run.is_over():
-            raise
-        with run.stage("carrying"):
-            untangled = _untangled(carrying, edge_lengths(made.points, made.hexes), run)
-        mesh = finished(untangled, carrying.slides, notes)
-
-    def bordered() -> HexMesh:
-        if not rows.is_on(BORDERS) or _is_layered(options) or run.is_over():
-            return mesh
-        joined = mesh.origin.joined
-        with run.stage("carrying"):
-            laid = with_borders(
-                part.solids[0], blends, patch_of, carrying.carried, joined.points, joined.hexes, joined.quads
-            )  # fmt: skip
-        said = _FOLLOWED.format(len(laid.borders), laid.n_runs)
-        if not laid.borders:
-            return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], said]})
-        rows.took([BORDERS])
-        steps = [note for note in mesh.info["notes"] if note.startswith(_STEPS)]
-        return finished(joined.moved(laid.points), carrying.on_borders(laid), [*notes, *steps, said])
-
-    return mesh, bordered
-
-
-def _is_layered(options: SweepOptions) -> bool:
-    """Whether hexahedra at the boundary are as they were asked for."""
-    return options.wall_layers is not None or options.periodic is not None
-
-
-class _Carrying(NamedTuple):
-    """The model by patches, the mesh on it, and how its nodes may move."""
-
-    solid: Solid
-    carried: Carried
-    joined: JoinedMesh
-    slides: InterfaceSlides
-
-    def on_borders(self, laid: Bordered) -> InterfaceSlides:
-        """How its nodes may move once some are on borders of blends."""
-        surface, curve, mask = self.slides.surface.copy(), self.slides.curve.copy(), self.slides.mask.copy()
-        for number, (nodes, _) in enumerate(laid.borders, start=len(self.slides.curves)):
-            surface[nodes], curve[nodes] = -1, number
-        surface[laid.at], curve[laid.at], mask[laid.at] = -1, -1, False
-        curves = [*self.slides.curves, *(own for _, own in laid.borders)]
-        return replace(self.slides, mask=mask, surface=surface, curve=curve, curves=curves)
-
-
-def _carried(part: Part, design: cad.Design, patch_of: IntArray, made: DesignMesh, roles: dict[str, str]) -> _Carrying:
-    """Carry the mesh of a design.
-
-    Raises
-    ------
-    SurfaceMeshError
-        The mesh has not the edges of the model.
-    """
-    (solid,) = part.solids
-    points, hexes, quads, faces = made
-    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), points, hexes, quads, faces)
-    united, quad_faces = unite(solid, patch_of, carried, quads)
-    slides = InterfaceSlides(
-        mask=(carried.surface >= 0) | (carried.curve >= 0),
-        surface=np.where(carried.surface >= 0, np.searchsorted(np.unique(patch_of), carried.surface), -1),
-        curve=carried.curve,
-        surfaces=[face.surface for face in united.faces],
-        curves=[line.curve for line in carried.lines],
-    )
-    joined = JoinedMesh(
-        points=carried.points,
-        hexes=hexes,
-        hex_cells=np.zeros(len(hexes), dtype=np.int64),
-        quads=quads,
-        quad_cells=np.zeros(len(quads), dtype=np.int64),
-        quad_faces=quad_faces,
-        roles=_roles(united, roles),
-        edge_nodes={number: line.nodes for number, line in enumerate(carried.lines)},
-    )
-    return _Carrying(united, carried, joined, slides)
 
 
 def _on_design(solid: Solid, made: Entities) -> DesignMesh:
@@ -389,42 +264,6 @@ def _on_design(solid: Solid, made: Entities) -> DesignMesh:
         quads.append(own)
         faces.append(found)
     return DesignMesh(made.points, made.joined.hexes, np.concatenate(quads), np.concatenate(faces))
-
-
-def _untangled(carrying: _Carrying, lengths: FloatArray, run: Run) -> JoinedMesh:
-    """The carried mesh untangled; edges of hexahedra are to be as long as in the design, (m, 3).
-
-    Raises
-    ------
-    SurfaceMeshError
-        Some stay inverted.
-    """
-    joined, slides = carrying.joined, carrying.slides
-    free = np.ones(len(joined.points), dtype=bool)
-    free[joined.quads] = False
-    height = _GUARD * float(np.median(lengths))
-    found = untangle(
-        joined.points,
-        joined.hexes,
-        free | slides.mask,
-        lengths,
-        slides,
-        goal=_GOAL,
-        guards=guards_outside(slides.surfaces, len(joined.points), joined.quads, joined.quad_faces, height),
-        on_round=lambda left: run.is_over(),
-    )
-    if found.worst <= 0:
-        raise SurfaceMeshError("hexahedra stay inverted once the mesh of the design lies on the model")
-    return joined.moved(found.points)
-
-
-def _roles(united: Solid, roles: dict[str, str]) -> dict[tuple[int, ...], str]:
-    """Roles of faces, and of patches of faces, by what the design's faces are in its mesh."""
-    found: dict[tuple[int, ...], str] = {}
-    for face in united.faces:
-        found[0, face.id] = roles.get(face.key, "side")
-        found |= {(0, face.id, j): roles.get(own.key, "side") for j, own in enumerate(face.former)}
-    return found
 
 
 def _roles_of(origin: CellsOrigin) -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
@@ -20,17 +20,21 @@ from ..options import SweepOptions
 from ..quality import CadReference, QualityReport
 from ..sweep import Sweep
 
+if TYPE_CHECKING:
+    from ..blends.borders import BorderChoice
+
 
 class DesignChoice(NamedTuple):
     """How a mesh was made of a design: what another part needs to be meshed alike.
 
     `blends` are the numbers of those that the design has not, among all that the model has, `roles` what faces of the
-    design are in its mesh, by their keys.
+    design are in its mesh, by their keys, `borders` the lines of it on borders of blends.
     """
 
     blends: tuple[int, ...]
     roles: dict[str, str]
     is_sheeted: bool
+    borders: BorderChoice = ()
 
 
 class FromDesign(NamedTuple):

@@ -73,8 +73,8 @@ _MENDABLE = (NotSweepableError, InvertedHexError, SurfaceMeshError)
 
 GOOD_DESIGN = 0.5
 """Worst scaled Jacobian at which no design is tried: two quads of one hexahedron on a rounding leave less, mostly."""
-_MOST_CARRIED = 300_000
-"""Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
+_MOST_CARRIED, _MOST_POOR = 300_000, 1_000_000
+"""Hexahedra of a fair mesh, and of a poor one, beyond which its design is not tried: that is carried node by node."""
 DESIGN_LOOK = 0.5
 """Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
@@ -245,8 +245,10 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
         return _is_fitted(part, options, before)
     if row != DESIGN:
         return not enough and (best is None or row != COLUMNS)  # columns along a poor sweep are as poor
-    if best is not None and (worst_of(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED):
-        return False
+    if best is not None:
+        worst = worst_of(best)
+        if worst >= GOOD_DESIGN or best.n_hexes > (_MOST_POOR if worst < SMOOTH_BELOW else _MOST_CARRIED):
+            return False
     return _has_design(part, options, best)
 
 
@@ -331,7 +333,7 @@ def _postpones(part: Part, options: SweepOptions, report: QualityReport, _: obje
     from .wishes.design_words import speaks_of_entities
 
     few = len(part.solids[0].faces) <= _MOST_LOOKED_AT and options.decompose and rows.is_on(CELLS)
-    has_design = rows.is_on(DESIGN) and report.n_hexes <= _MOST_CARRIED and not speaks_of_entities(options)
+    has_design = rows.is_on(DESIGN) and report.n_hexes <= _MOST_POOR and not speaks_of_entities(options)
     return (few and _may_be_better(part, report, options)) or (has_design and _has_design(part, options))
 
 

@@ -103,6 +103,8 @@ def test_lines_of_the_mesh_follow_borders_of_blends_so_that_these_have_their_are
     assert BORDERS not in jagged.info["rows"]
     assert np.array_equal(followed.hexes, jagged.hexes)
     assert off < 0.05 < off_jagged
+    alike = cs.sweep_mesh(model.translate((1, 2, 3)), like=followed)
+    assert alike.origin.design.choice.borders == followed.origin.design.choice.borders != ()
     worst = jagged.info["quality"].min_scaled_jacobian
     assert followed.info["quality"].min_scaled_jacobian > min(0.4, worst) - 0.02
 
