@@ -15,8 +15,6 @@ from ..brep import Face, lie_in
 
 _EACH = 3
 """Patches up to which every one has a line of its own."""
-_ALIKE = 0.03
-"""Share of a patch's area within which its quads cover it: lines of the mesh follow its outline, or nearly."""
 
 
 def own_quads(corners: FloatArray, face: Face) -> IntArray:
@@ -40,7 +38,7 @@ def own_quads(corners: FloatArray, face: Face) -> IntArray:
 
 
 def describe_shares(corners: FloatArray, owners: IntArray, face: Face, names: Sequence[str]) -> list[str]:
-    """Lines for the mesh's notes on the patches of a face that it has not, `names` by owner: each, or all if many."""
+    """Lines for the mesh's notes on the patches of a face, `names` by owner: one each, or one for all if many."""
     notes = [
         f"boundary '{name}' has no quads on {face.label()}: it is smaller there than one"
         for owner, name in enumerate(names)
@@ -49,7 +47,6 @@ def describe_shares(corners: FloatArray, owners: IntArray, face: Face, names: Se
     diagonals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     areas = np.bincount(owners, 0.5 * np.linalg.norm(diagonals, axis=1), len(names))
     shares = {j + 1: areas[j + 1] / patch.area for j, patch in enumerate(face.former) if areas[j + 1] > 0.0}
-    shares = {owner: share for owner, share in shares.items() if abs(share - 1.0) > _ALIKE}
 
     def has(owner: int) -> str:
         return f"{100 * shares[owner]:.3g} % of"

@@ -43,14 +43,6 @@ def test_who_has_no_quad_is_named(n_quads, cuts):
     assert bool(without) <= (n_quads < 2 * len(names))
 
 
-def test_a_patch_is_told_of_only_where_its_quads_do_not_cover_it():
-    for cuts, told in [([0.25, 0.5], 0), ([0.25, 0.6], 1)]:
-        corners, face = strip(8, cuts)
-        notes = describe_shares(corners, own_quads(corners, face), face, ["rest", "patch"])
-        assert len(notes) == told
-        assert all("107 % of its area" in note for note in notes)
-
-
 def test_a_quad_is_owned_where_its_middle_is():
     corners, face = strip(8, [0.25, 0.5])
     assert own_quads(corners, face).tolist() == [0, 0, 1, 1, 0, 0, 0, 0]
