@@ -23,6 +23,7 @@ from ..arrays import FloatArray, IntArray
 from ..brep import Curve, Solid
 from ..harmonic import sides_of
 from ..quality import scaled_jacobians
+from ..quality.deviation import quad_sags
 from .carrying import Carried, fractions_of, spread
 from .finding import Blend
 from .patches import PatchSurface
@@ -172,15 +173,11 @@ def _laid(  # noqa: PLR0917
 
 
 def _sags(carried: Carried, points: FloatArray, quads: IntArray) -> FloatArray:
-    """How far the middles of quads (q,) or of their sides are off their patches."""
+    """How far quads (q,) are off their patches."""
     found = np.zeros(len(quads))
     for patch, surface in carried.surfaces.items():
         own = carried.patches == patch
-        corners = points[quads[own]]
-        asked = np.concatenate([corners.mean(axis=1)[:, None], (corners + np.roll(corners, -1, axis=1)) / 2], axis=1)
-        places = asked.reshape(-1, 3)
-        off = np.linalg.norm(surface.evaluate(surface.project(places)) - places, axis=1)
-        found[own] = off.reshape(-1, 5).max(axis=1)
+        found[own] = quad_sags(surface, points[quads[own]])
     return found
 
 

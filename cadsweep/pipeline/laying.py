@@ -5,7 +5,6 @@ Place in the flow: :mod:`.designs` meshes a design and chooses among what comes 
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
@@ -33,13 +32,12 @@ from .finished.pairs import with_pairs
 from .origin import made_of
 from .run import Run
 
-log = logging.getLogger(__name__)
-
 _GUARD = 0.25
 """Height of the hexahedra outside, over the lengths of the boundary's quads, while a mesh is untangled."""
 _GOAL = 0.2
 """Worst scaled Jacobian at which untangling ends: smoothing goes on from there."""
 _FOLLOWED = "{} of {} borders of its blends are lines of the mesh; at others each face has the quads with middles on it"
+_UNFOLLOWED = "borders of its blends are no lines of the mesh; each face has the quads with middles on it"
 _STEPS = tuple(f"{name} " for steps in STEPS.values() for name, _ in steps)
 """How notes of smoothing begin."""
 
@@ -82,9 +80,12 @@ def laid_on_model(  # noqa: PLR0917
             untangled = _untangled(carrying, edge_lengths(made.points, made.hexes), run)
         mesh = finished(untangled, carrying.slides, notes)
 
+    def told(said: str) -> tuple[HexMesh, BorderChoice]:
+        return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], said]}), ()
+
     def bordered() -> tuple[HexMesh, BorderChoice]:
         if not rows.is_on(BORDERS) or is_layered(options) or (like is None and run.is_over()):
-            return mesh, ()
+            return told(_UNFOLLOWED)
         joined = mesh.origin.joined
         try:
             with run.stage("carrying"):
@@ -93,12 +94,11 @@ def laid_on_model(  # noqa: PLR0917
                 )  # fmt: skip
             said = _FOLLOWED.format(len(laid.borders), laid.n_runs)
             if not laid.borders:
-                return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], said]}), ()
+                return told(said)
             steps = [note for note in mesh.info["notes"] if note.startswith(_STEPS)]
             followed = finished(joined.moved(laid.points), carrying.on_borders(laid), [*notes, *steps, said])
         except CadSweepError as error:  # as where it is too coarse then
-            log.info("no lines on borders: %s", error)
-            return mesh, ()
+            return told(f"{_UNFOLLOWED}: {error}")
         rows.took([BORDERS])
         return followed, laid.choice
 

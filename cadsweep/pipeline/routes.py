@@ -245,10 +245,10 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
         return _is_fitted(part, options, before)
     if row != DESIGN:
         return not enough and (best is None or row != COLUMNS)  # columns along a poor sweep are as poor
-    if best is not None:
-        worst = worst_of(best)
-        if worst >= GOOD_DESIGN or best.n_hexes > (_MOST_POOR if worst < SMOOTH_BELOW else _MOST_CARRIED):
-            return False
+    worst = 0.0 if best is None else worst_of(best)
+    most = _MOST_POOR if worst < SMOOTH_BELOW else _MOST_CARRIED
+    if best is not None and (worst >= GOOD_DESIGN or best.n_hexes > most):
+        return False
     return _has_design(part, options, best)
 
 
