@@ -11,7 +11,7 @@ scaled.
 Not handled here: geometry that is not a solid, and non-manifold solids; ``cad`` refuses them.
 """
 
-from .entities import RIGHT_TURN, Edge, Face, FormerFace, Loop, lie_in, quarter_turns
+from .entities import RIGHT_TURN, Edge, Face, FormerFace, GainedTip, Loop, lie_in, quarter_turns
 from .geometry import Curve, Surface, Units
 from .part import Cut, ModelSolid, Part
 from .solid import Solid, volume_doubt
@@ -23,6 +23,7 @@ __all__ = [
     "Edge",
     "Face",
     "FormerFace",
+    "GainedTip",
     "Loop",
     "ModelSolid",
     "Part",

@@ -174,6 +174,24 @@ def lie_in(former: Sequence[FormerFace], points: FloatArray) -> BoolArray:
     return np.array(inside, dtype=bool).reshape(len(former), len(points))
 
 
+@dataclass(frozen=True, eq=False)
+class GainedTip:
+    """The tip of a neighbour that a face got (:mod:`cadsweep.cad.edit.bridging`).
+
+    Attributes
+    ----------
+    surface : Surface
+        That it lies on.
+    corner : (3,) float64
+    radius : float
+        It is within this distance of its corner.
+    """
+
+    surface: Surface
+    corner: FloatArray
+    radius: float
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Face:
     """A bounded piece of a surface.
@@ -212,8 +230,8 @@ class Face:
     handles : int
         By how much its Euler number is less than its loops say: of a face that was united from several, twice its
         handles; negative where loops touch in vertices, as a hole that reaches the rim from inside.
-    bridged : bool
-        Whether it got the tip of a neighbour (:mod:`cadsweep.cad.edit.bridging`): its outline leaves its surface there.
+    tips : tuple of GainedTip
+        Tips of neighbours that it got: its outline leaves its surface there.
     stands_for : tuple of Face
         Of a face of a prism of columns, which is none of the part: the caps over its cell, lowest first, or the walls
         over its line.
@@ -245,7 +263,7 @@ class Face:
     number: int | None = None
     units: Units = field(default_factory=Units)
     handles: int = 0
-    bridged: bool = False
+    tips: tuple[GainedTip, ...] = ()
     stands_for: tuple[Face, ...] = ()
 
     @property

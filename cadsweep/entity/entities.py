@@ -149,7 +149,7 @@ class Entities:
             if not self.is_outside(place) or not self.names.first.get(place, True):
                 continue  # of an interface one side is enough; a cut is inside, and its middles are free
             face = self.face(place)
-            if face.kind == "plane" and not face.bridged:
+            if face.kind == "plane" and not face.tips:
                 planes.setdefault(self._own(place), []).append(quads)
             else:
                 found.append((quads, onto_surface(self.part, face.surface)))

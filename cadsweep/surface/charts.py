@@ -107,7 +107,7 @@ def _seen_along(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArra
     origin = points[0].mean(axis=0)
     frame = np.stack([first, second], axis=1)
     surface = face.surface
-    if exact and face.bridged:  # nodes of its outline are off the plane
+    if exact and face.tips:  # nodes of its outline are off the plane
         origin = surface.evaluate(surface.project(origin[None]))[0]
 
     def lift(places: FloatArray) -> tuple[FloatArray, FloatArray]:

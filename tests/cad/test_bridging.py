@@ -10,6 +10,7 @@ import cadsweep as cs
 from cadsweep import cad
 from cadsweep.cad.edit.corners import SHARP
 from cadsweep.cad.edit.tips import find_tips
+from cadsweep.decomposition import is_planar
 from tests.parts.chamfered import chamfered_nut
 from tests.parts.joints import bolted
 
@@ -91,7 +92,7 @@ def test_a_contact_gets_the_tips_of_what_lies_on_it_and_stays_shared():
         was = part.solids[j].faces[part.solids[j].face_keys.tolist().index(key)]
         now = bridged.solids[j].faces[face]
         assert now.key == was.key
-        assert now.bridged
+        assert now.tips
         assert len(now.edges) == len(was.edges) + 12 + 12  # two short edges and two of the flats for each of six arcs
         assert now.area > was.area
     assert not any(cad.has_sharp_corners(solid) for solid in bridged.solids)
@@ -106,3 +107,24 @@ def test_a_face_that_is_kept_keeps_its_own_tips_and_no_others():
     left = find_tips(solid, LENGTH, {kept})
     assert [tip.corner for tip in left] == [tip.corner for tip in tips if tip.face != kept]
     assert 0 < len(left) < len(tips)
+
+
+def chamfered_and_cut_off():
+    """A block with a chamfer below, and a wedge cut off that ends on the face above the chamfer, at eleven degrees."""
+    block = cq.Workplane().box(10, 10, 6, centered=False).edges(">X and <Z").chamfer(1.2)
+    wedge = cq.Workplane("YZ").polyline([(-1, 2.3), (9.5, 0.2), (9.5, 9), (-1, 9)]).close().extrude(4)
+    return block.cut(wedge.translate((7, 0, 0)))
+
+
+def test_a_plane_whose_outline_leaves_it_for_a_tip_is_not_cut_as_a_polygon_and_its_pieces_know_the_tip():
+    part = cs.load(chamfered_and_cut_off())
+    bridged = cad.bridge_tips(part, LENGTH)
+    assert is_planar(part.solids[0])
+    assert not is_planar(bridged.solids[0])
+    (face,) = [face for face in bridged.solids[0].faces if face.tips]
+    cut = np.array([[-1.0, -1.0, 4.0], [11.0, -1.0, 4.0], [11.0, 11.0, 4.0], [-1.0, 11.0, 4.0]])
+    cells = cad.cut_along(bridged, [(np.array([0.0, 0.0, 1.0]), [cut])])
+    assert len(cells.solids) > 1
+    (piece,) = [own for cell in cells.solids for own in cell.faces if own.key == face.key]
+    assert piece.tips == face.tips
+    assert piece.surface.distance(face.tips[0].corner[None])[0] < 1e-9

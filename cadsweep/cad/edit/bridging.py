@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -42,9 +42,8 @@ from OCP.ShapeFix import ShapeFix_Edge, ShapeFix_Wire
 from OCP.TopoDS import TopoDS_Wire
 
 from ...arrays import FloatArray
-from ...brep import Face, Part, Solid, Surface
+from ...brep import GainedTip, Part, Solid, Surface
 from ...errors import CadError
-from ..geometry.face_surface import FaceSurface
 from ..heal.validate import faults
 from ..shapes import (
     EDGE,
@@ -163,18 +162,17 @@ def _bridged(part: Part, tips: Tips, length: float) -> Part:
     for cell, traced in became.items():
         traced.faces = faces[cell]
     made = {cell: (shapes[cell], traced) for cell, traced in became.items()}
+    for cell, face, tip in given:
+        part = _with_tip(part, cell, face, tip)
     read = read_anew(part, holders, made, closed=_WIDEST * length)
-    solids = [
-        _as_measured(solid, new, [(face, tip) for to, face, tip in given if to == cell]) if cell in made else new
-        for cell, (solid, new) in enumerate(zip(part.solids, read.solids, strict=True))
-    ]
-    return replace(part, solids=tuple(solids))
+    pairs = enumerate(zip(part.solids, read.solids, strict=True))
+    return replace(part, solids=tuple(_as_measured(old, new) if cell in made else new for cell, (old, new) in pairs))
 
 
 def _give(
     part: Part, faces: dict[int, list[list[Any]]], cell: int, tip: Tip
-) -> list[tuple[int, int, tuple[Surface, FloatArray, float]]]:
-    """Give a tip that is divided off to its neighbour: the cells and faces that end elsewhere by it, and where.
+) -> list[tuple[int, int, GainedTip]]:
+    """Give a tip that is divided off to its neighbour: the cells and faces that end elsewhere by it.
 
     Raises
     ------
@@ -209,49 +207,28 @@ def _give(
     corner = solid.vertices[tip.corner]
     ends = np.concatenate([solid.edges[e].curve.evaluate(np.array([f])) for e, f in tip.ends])
     radius = 1.01 * float(np.linalg.norm(ends - corner, axis=1).max())
-    return [(other, face, (solid.faces[tip.face].surface, corner, radius)) for other, face in to]
+    gained = GainedTip(solid.faces[tip.face].surface, corner, radius)
+    return [(other, face, gained) for other, face in to]
 
 
-def _as_measured(solid: Solid, read: Solid, given: Sequence[tuple[int, tuple[Surface, FloatArray, float]]]) -> Solid:
-    """A solid whose faces know of the tips that they got: what these are off says nothing of the model."""
+def _with_tip(part: Part, cell: int, face: int, tip: GainedTip) -> Part:
+    """A part one of whose faces got a tip."""
+    solids = list(part.solids)
+    faces = list(solids[cell].faces)
+    faces[face] = replace(faces[face], tips=(*faces[face].tips, tip))
+    solids[cell] = replace(solids[cell], faces=tuple(faces))
+    return replace(part, solids=tuple(solids))
+
+
+def _as_measured(solid: Solid, read: Solid) -> Solid:
+    """A solid with the figures of another: what its edges are off the tips' neighbours says nothing of the model."""
     widest = max((edge.gap for edge in solid.edges), default=0.0)
     return replace(
         read,
-        faces=tuple(_with_tips(face, [tip for at, tip in given if at == face.id]) for face in read.faces),
         edges=tuple(replace(edge, gap=min(edge.gap, widest)) for edge in read.edges),
         tolerance=solid.tolerance,
         volume=solid.volume,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _TippedSurface(FaceSurface):
-    """A surface, and those of tips that its face got: places within a radius of a corner may lie on either.
-
-    Attributes
-    ----------
-    tips : tuple of (Surface, (3,) float64, float)
-        Surface, corner and radius of each.
-    """
-
-    tips: tuple[tuple[Surface, FloatArray, float], ...] = ()
-
-    def distance(self, points: FloatArray, *, close: float = np.inf) -> FloatArray:
-        """Distances (m,) of `points` (m, 3) from the nearest of the surfaces."""
-        found = super().distance(points, close=close)
-        for surface, corner, radius in self.tips:
-            near = np.flatnonzero(np.linalg.norm(points - corner, axis=1) <= radius)
-            if len(near):
-                found[near] = np.minimum(found[near], surface.distance(points[near], close=close))
-        return found
-
-
-def _with_tips(face: Face, tips: Sequence[tuple[Surface, FloatArray, float]]) -> Face:
-    """A face whose surface knows of the tips that it got."""
-    if not tips or not isinstance(face.surface, FaceSurface):
-        return face
-    own = {field.name: getattr(face.surface, field.name) for field in fields(FaceSurface)}
-    return replace(face, surface=_TippedSurface(**own, tips=tuple(tips)), bridged=True)
 
 
 def _copied(holders: Sequence[SolidShape]) -> list[SolidShape]:

@@ -16,6 +16,7 @@ from OCP.BRepTools import BRepTools
 from OCP.TopAbs import TopAbs_Orientation
 
 from ...arrays import FloatArray
+from ...brep import GainedTip
 from ..geometry.convert import distances_from, read_curves_2d
 from ..geometry.curves import EdgeCurve
 from ..geometry.edge_on_face import EdgeOnFace
@@ -70,6 +71,7 @@ def read_face_surface(
     *,
     geometry: Geometry,
     beside: ParameterCurves,
+    tips: tuple[GainedTip, ...] = (),
 ) -> FaceSurface:
     """The surface of a face, with the curves of its edges in its parameters.
 
@@ -84,6 +86,8 @@ def read_face_surface(
         Of the face's surface.
     beside : ParameterCurves
         What its edges' curves in the parameters are read together with.
+    tips : tuple of GainedTip
+        That the face got.
     """
     surface = BRep_Tool.Surface_s(face)
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
@@ -108,6 +112,7 @@ def read_face_surface(
         limits=limits,
         curves=on_face,
         second_opinion=distances_from(surface, box),
+        tips=tips,
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ...brep import Face, Solid
+from ...brep import Face, GainedTip, Solid
 
 
 class FaceLabel(NamedTuple):
@@ -18,6 +18,7 @@ class FaceLabel(NamedTuple):
     names: tuple[str, ...] = ()
     color: str | None = None
     number: int | None = None
+    tips: tuple[GainedTip, ...] = ()
 
 
 class EdgeLabel(NamedTuple):
@@ -36,7 +37,7 @@ class Labels(NamedTuple):
 
 def label_of(face: Face | None) -> FaceLabel:
     """The label of a face, for one that is made of it; an empty one for a face that comes from none."""
-    return FaceLabel() if face is None else FaceLabel(face.key, face.names, face.color)
+    return FaceLabel() if face is None else FaceLabel(face.key, face.names, face.color, tips=face.tips)
 
 
 def labels_of(solid: Solid) -> Labels:

@@ -100,7 +100,7 @@ def extract_solid(
     largest_gap = max(_LARGEST_GAP * size, shared.closed)
     gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], largest_gap, units)
     wires = [read_wires(face, maps[1]) for face in holder.faces]
-    surfaces = _surfaces(holder, wires, curves, shared)
+    surfaces = _surfaces(holder, wires, curves, shared, labels.faces)
     cylinders = find_cylinders(surfaces)
     at_once = cylinders.samples(surfaces, samples)
     frames = []
@@ -184,17 +184,22 @@ def extract_solid(
 
 
 def _surfaces(
-    holder: SolidShape, wires: Sequence[Sequence[Sequence[_Use]]], curves: Sequence[EdgeCurve], shared: PartGeometry
+    holder: SolidShape,
+    wires: Sequence[Sequence[Sequence[_Use]]],
+    curves: Sequence[EdgeCurve],
+    shared: PartGeometry,
+    labels: Sequence[FaceLabel],
 ) -> list[FaceSurface]:
     """The surface of every face."""
     # Of planes and cylinders hardly anybody wants to know the curves in their parameters, which splines need.
     together: defaultdict[str, ParameterCurves] = defaultdict(ParameterCurves)
     surfaces = []
-    for face, own in zip(holder.faces, wires, strict=True):
+    for face, own, label in zip(holder.faces, wires, labels, strict=True):
         edges = [(use.edge, use.number) for wire in own for use in wire]
         kind = _kind(face)
         beside = ParameterCurves() if kind == "plane" else together[kind]
-        surfaces.append(read_face_surface(face, edges, curves, geometry=shared.surface(face), beside=beside))
+        geometry = shared.surface(face)
+        surfaces.append(read_face_surface(face, edges, curves, geometry=geometry, beside=beside, tips=label.tips))
     return surfaces
 
 
@@ -347,6 +352,7 @@ def _face(
         color=label.color,
         key=label.key,
         number=label.number,
+        tips=label.tips,
         units=units,
         handles=handles,
     )

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import FloatArray
+from ...brep import GainedTip
 from .edge_on_face import EdgeOnFace, EdgeRecords
 from .feet import Feet
 from .patch import Patch, rows_of
@@ -33,10 +34,13 @@ class FaceSurface(Patch):
         By edge id.
     second_opinion : callable or None
         Distances (m,) of points (m, 3) from the surface over the face's box, by OpenCASCADE: slow.
+    tips : tuple of GainedTip
+        Places within these may lie on either surface.
     """
 
     curves: Mapping[int, EdgeOnFace] = field(default_factory=dict)
     second_opinion: Callable[[FloatArray], FloatArray] | None = None
+    tips: tuple[GainedTip, ...] = ()
 
     @cached_property
     def _feet(self) -> Feet:
@@ -66,6 +70,15 @@ class FaceSurface(Patch):
         What is farther than `close` from the foot that is found is left to OpenCASCADE. The least distance counts.
         """
         points = rows_of(points, 3)
+        found = self._own_distance(points, close)
+        for tip in self.tips:
+            near = np.flatnonzero(np.linalg.norm(points - tip.corner, axis=1) <= tip.radius)
+            if len(near):
+                found[near] = np.minimum(found[near], tip.surface.distance(points[near], close=close))
+        return found
+
+    def _own_distance(self, points: FloatArray, close: float) -> FloatArray:
+        """Distances (m,) of `points` (m, 3) from the surface, whatever tips the face got."""
         found = self._feet.nearest(points, close=close)[1]
         if self._feet.is_exact:
             return found

@@ -260,7 +260,8 @@ def _face_label(found: Sequence[FaceLabel]) -> FaceLabel:
     if not found:
         return FaceLabel()
     names = tuple(dict.fromkeys(name for label in found for name in label.names))
-    return FaceLabel(found[0].key, names, found[0].color, found[0].number)
+    tips = tuple(dict.fromkeys(tip for label in found for tip in label.tips))
+    return FaceLabel(found[0].key, names, found[0].color, found[0].number, tips)
 
 
 def _edge_label(found: Sequence[EdgeLabel]) -> EdgeLabel:
