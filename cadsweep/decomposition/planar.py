@@ -157,7 +157,9 @@ def _moment(points: list[Vector], loop: Loop, normal: Vector) -> Vector:
 
 def is_planar(solid: Solid) -> bool:
     """Whether all faces are planes between straight edges that lie on them, and no two of these are one."""
-    if any(face.kind != "plane" or face.tips for face in solid.faces) or any(edge.kind != "line" for edge in solid.edges):
+    if any(face.kind != "plane" or face.tips for face in solid.faces):
+        return False
+    if any(edge.kind != "line" for edge in solid.edges):
         return False
     pool, cell = from_solid(solid)
     return all(len(uses) == 2 for uses in pool.uses(cell).values())

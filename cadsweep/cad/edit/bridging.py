@@ -169,9 +169,7 @@ def _bridged(part: Part, tips: Tips, length: float) -> Part:
     return replace(part, solids=tuple(_as_measured(old, new) if cell in made else new for cell, (old, new) in pairs))
 
 
-def _give(
-    part: Part, faces: dict[int, list[list[Any]]], cell: int, tip: Tip
-) -> list[tuple[int, int, GainedTip]]:
+def _give(part: Part, faces: dict[int, list[list[Any]]], cell: int, tip: Tip) -> list[tuple[int, int, GainedTip]]:
     """Give a tip that is divided off to its neighbour: the cells and faces that end elsewhere by it.
 
     Raises
