@@ -14,7 +14,7 @@ Not handled here: geometry that is not a solid, and non-manifold solids; ``cad``
 from .entities import RIGHT_TURN, Edge, Face, FormerFace, GainedTip, Loop, lie_in, quarter_turns
 from .geometry import Curve, Surface, Units
 from .part import Cut, ModelSolid, Part
-from .solid import Solid, tips_doubt, volume_doubt
+from .solid import Solid, volume_doubt
 
 __all__ = [
     "RIGHT_TURN",
@@ -32,6 +32,5 @@ __all__ = [
     "Units",
     "lie_in",
     "quarter_turns",
-    "tips_doubt",
     "volume_doubt",
 ]

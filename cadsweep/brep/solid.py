@@ -99,8 +99,3 @@ def volume_doubt(solid: Solid) -> float:
         strips = sum(gaps[e] * solid.edges[e].length for e in face.edges)
         found += min(max((gaps[e] for e in face.edges), default=0.0) * face.area, strips * solid.size / 2)
     return found
-
-
-def tips_doubt(solid: Solid) -> float:
-    """How uncertain an integral over the faces is, working units: beside tips that they got the surface is open."""
-    return solid.closed * solid.size * sum(tip.radius for face in solid.faces for tip in face.tips)

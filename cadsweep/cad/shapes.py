@@ -15,10 +15,11 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
 from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepGProp import BRepGProp
+from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepTools import BRepTools_WireExplorer
 from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Surface
+from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp, TopExp_Explorer
@@ -201,6 +202,15 @@ def fine_volume(shape: Any) -> float:
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties, FINE, False, False)
     return abs(float(properties.Mass()))
+
+
+def volume_from_origin(shape: Any) -> float:
+    """Volume between the faces of a solid and the origin: of pieces the same in all as of the whole, open or not."""
+    origin, found = gp_Pnt(), 0.0
+    for face in subshapes(shape, FACE):
+        surface = BRepGProp_Face(face)
+        found += BRepGProp_Vinert(surface, BRepGProp_Domain(face), origin).Mass()
+    return abs(float(found))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -21,7 +21,7 @@ from OCP.GeomAbs import GeomAbs_Plane
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from ...brep import Part, Solid, tips_doubt
+from ...brep import Part, Solid
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, FaceLabel, Labels, numbered_labels_of
 from ..heal.validate import check_closed, faults
@@ -39,6 +39,7 @@ from ..shapes import (
     shapes_of,
     subshapes,
     volume_and_center,
+    volume_from_origin,
 )
 from ..trial import attempted
 from .grafting import graft
@@ -296,10 +297,11 @@ def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any], volumes: Seq
     whole = holder.mass[0]
     curved = any(face.kind != "plane" for face in solid.faces)
     change = abs(sum(volumes) / whole - 1.0)
+    if any(face.tips for face in solid.faces):  # the surface is open beside them
+        change = abs(sum(map(volume_from_origin, pieces)) / volume_from_origin(holder.shape) - 1.0)
     if curved and INTEGRATED < change < ROUGHLY:
         change = abs(sum(map(fine_volume, pieces)) / fine_volume(holder.shape) - 1.0)
-    allowed = (INTEGRATED if curved else KEPT) + tips_doubt(solid) / whole
-    if change > allowed or min(volumes) < THINNEST * whole:
+    if change > (INTEGRATED if curved else KEPT) or min(volumes) < THINNEST * whole:
         return False
     for piece in pieces:
         # What dangles in a piece came of a tool that does not end on the solid's faces.
