@@ -36,12 +36,12 @@ _REACH, _INSIDE = 0.9, 1.6
 the blend."""
 _ON = 1e-6
 """Share of the solid's size within which a vertex is on a line of the mesh."""
-_ASKED = 9
-"""Nodes that the end of a run may go to."""
+_ASKED = 4
+"""Nodes that the end of a run may go to: as many as the corners of the quad that it is in."""
 _TURNS = 6
 """Times that the borders nearest to what is poor are given up; half of all then, so that it ends."""
-_GAP = 0.01
-"""How near to the best choice of lines is good enough."""
+_GAP, _SECONDS = 0.01, 5.0
+"""How near to the best choice of lines is good enough, and how long it is looked for."""
 _FAIR, _WORSE = 0.4, 0.01
 """Scaled Jacobian that hexahedra may have for a border, and what they may lose below it."""
 _FARTHER = 1.5
@@ -231,10 +231,13 @@ def _chosen(borders: Sequence[Border]) -> list[Border]:
         excluding["vertex", vertex].append(column[node, vertex])
     entries = [(row, k, 1.0) for row, own in enumerate(excluding.values()) for k in own]
     n_rows = len(excluding)
+    needing: dict[tuple[int, tuple[int, int]], list[int]] = defaultdict(list)
     for k, border in enumerate(borders):
-        for place in border.at.items():  # a line needs its places
-            entries += [(n_rows, k, 1.0), (n_rows, column[place], -1.0)]
-            n_rows += 1
+        for place in border.at.items():
+            needing[id(border.run), place].append(k)
+    for (_, place), own in needing.items():  # the one line of a run needs its places
+        entries += [(n_rows, column[place], -1.0), *((n_rows, k, 1.0) for k in own)]
+        n_rows += 1
     row, col, value = zip(*entries, strict=True)
     n = len(borders) + len(places)
     limits = np.zeros(n_rows)
@@ -245,8 +248,10 @@ def _chosen(borders: Sequence[Border]) -> list[Border]:
         integrality=np.ones(n),
         bounds=Bounds(0, 1),
         constraints=LinearConstraint(coo_array((value, (row, col)), shape=(n_rows, n)), -np.inf, limits),
-        options={"mip_rel_gap": _GAP},
+        options={"mip_rel_gap": _GAP, "time_limit": _SECONDS},
     )
+    if found.x is None:
+        return []  # out of time
     return [border for border, chosen in zip(borders, found.x, strict=False) if chosen > 0.5]
 
 
