@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep import cad
 from cadsweep.pipeline import routes
 from cadsweep.quality.metrics import quad_areas
 from cadsweep.sweep import Sweep
@@ -221,3 +222,18 @@ def test_an_outline_within_a_wall_that_no_layers_follow_is_given_up_and_keeps_it
     assert mesh.record.way == "columns"
     area = quad_areas(mesh.points, mesh.boundaries["patch"]).sum()
     assert area == pytest.approx(np.pi * 4**2, rel=0.15)  # the quads whose middles lie in it
+
+
+@pytest.mark.parametrize("options", [{}, {"order": 2}, {"refine": 1}])
+def test_an_edge_along_the_columns_may_be_divided_where_nothing_else_ends(options):
+    part = cs.load(block().faces(">Z").workplane().rect(6, 4).extrude(3))
+    (solid,) = part.solids
+    (edge, *_) = [edge.id for edge in solid.edges if edge.length == 3.0]
+    divided = cad.divide_edges(part, {0: {edge: [0.3, 0.41]}})
+    assert len(divided.solids[0].edges) == len(solid.edges) + 2
+    mesh, plain = (cs.sweep_mesh(one, without=["way: sweep"], **options) for one in (divided, part))
+    assert mesh.info["way"] == "columns"
+    np.testing.assert_allclose(mesh.points, plain.points, atol=1e-9)
+    again = cs.sweep_mesh(divided, like=cs.sweep_mesh(divided, without=["way: sweep"]), **options)
+    assert again.info["quality"].valid
+    assert set(again.boundaries) == set(mesh.boundaries)

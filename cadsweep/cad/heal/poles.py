@@ -1,10 +1,14 @@
-"""Turned faces that close in a point on their axis get the seam and the point that reading has lost.
+"""Turned faces that close in a point on their axis get the seam and the point that reading has lost, others lose points
+that they never had.
 
 Place in the flow: part of healing, before the solid is judged. Of a dome whose arc ends on the axis, but is not centred
-on it, OpenCASCADE's reader of STEP keeps the rim alone, and its face has no inside then.
+on it, OpenCASCADE's reader of STEP keeps the rim alone, and its face has no inside then. Of a turned face between two
+rims it may take the rims for a turn apart, and fill what is missing with edges of no length, which then goes around
+twice.
 
 Method: the face is bounded anew, by its rim, the meridian from there to the first point on the axis on the side that
-the rim leaves to its left, and that point.
+the rim leaves to its left, and that point. Edges of no length whose places are not all one go, and what they left apart
+is brought together by whole turns (``ShapeFix_Wire``).
 """
 
 from __future__ import annotations
@@ -15,16 +19,19 @@ from typing import Any
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepTools import BRepTools_ReShape
 from OCP.Geom import Geom_SurfaceOfRevolution
 from OCP.Geom2d import Geom2d_Line
 from OCP.gp import gp_Dir2d, gp_Pnt2d
+from OCP.Precision import Precision
+from OCP.ShapeFix import ShapeFix_Wire
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Wire
 
 from ...arrays import FloatArray
-from ..shapes import EDGE, FACE, explore, subshapes, surface_range, typed
+from ..shapes import EDGE, FACE, WIRE, explore, subshapes, surface_range, typed
 from .tracing import Traced
 
 _SAMPLES = 2049
@@ -37,16 +44,36 @@ FORWARD, REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs
 
 def close_poles(traced: Traced) -> list[str]:
     """Close turned faces that have one rim and no seam, in place; a note says of how many."""
-    reshape, n = BRepTools_ReShape(), 0
+    reshape, n_closed, n_opened = BRepTools_ReShape(), 0, 0
     for face in subshapes(traced.shape, FACE):
         forward = typed(face.Oriented(FORWARD), FACE)
         closed = _closed(forward)
-        if closed is not None:
-            reshape.Replace(forward, closed)
-            n += 1
-    if n:
+        opened = _without_false_poles(forward) if closed is None else None
+        n_closed, n_opened = n_closed + (closed is not None), n_opened + (opened is not None)
+        if closed is not None or opened is not None:
+            reshape.Replace(forward, closed or opened)
+    if n_closed or n_opened:
         traced.replace(reshape.Apply(traced.shape), reshape.Apply)
-    return [f"turned faces closed at their axis: {n}"] if n else []
+    notes = [f"turned faces closed at their axis: {n_closed}"] if n_closed else []
+    return notes + ([f"turned faces that went around twice as read: {n_opened}"] if n_opened else [])
+
+
+def _without_false_poles(face: Any) -> Any:
+    """A face, which stands forward, without edges of no length that are no points; None where it has none."""
+    surface, reshape, found = BRep_Tool.Surface_s(face), BRepTools_ReShape(), False
+    for edge in explore(face, EDGE):
+        if BRep_Tool.Degenerated_s(edge):
+            curve, (first, last) = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0), surface_range(edge, face)
+            ends, middle = (surface.Value(*curve.Value(t).Coord()) for t in (first, 0.5 * (first + last)))
+            if ends.Distance(middle) > 2.0 * BRep_Tool.Tolerance_s(edge):
+                reshape.Remove(edge)
+                found = True
+    if not found:
+        return None
+    made = typed(reshape.Apply(face), FACE)
+    for wire in subshapes(made, WIRE):
+        ShapeFix_Wire(wire, made, Precision.Confusion_s()).FixShifted()
+    return made if BRepCheck_Analyzer(made).IsValid() else None
 
 
 def _closed(face: Any) -> Any:

@@ -44,6 +44,8 @@ def finer_where_crossing(
     found: dict[int, float] = {}
     for cell, solid in enumerate(part.solids):
         for edge in solid.edges:
+            if int(solid.edge_keys[edge.id]) not in cells.edge_nodes:
+                continue  # along columns, and straight
             nodes = cells.points[cells.edge_nodes[int(solid.edge_keys[edge.id])]]
             away = np.linalg.norm(nodes[:, None] - corners[None], axis=2).min(axis=1)
             there = away <= _NEAR * solid.size

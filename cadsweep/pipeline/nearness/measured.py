@@ -162,8 +162,10 @@ def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], 
         segments = {}
         for edge in solid.edges:
             # What a cut ends at goes on beyond it, and is no rim of the part.
-            if is_rim(edge) and not any((cell, face) in beyond for face in edge.faces):
-                nodes = joined.points[joined.edge_nodes[int(solid.edge_keys[edge.id])]]
+            own_nodes = joined.edge_nodes.get(int(solid.edge_keys[edge.id]))
+            # One along columns that ends where nothing else does has no nodes of its own; it is straight.
+            if own_nodes is not None and is_rim(edge) and not any((cell, face) in beyond for face in edge.faces):
+                nodes = joined.points[own_nodes]
                 segments[edge.id] = nodes[:-1], nodes[1:]
         for e, off in off_edges(solid, segments).items():
             for place in ((cell, face) for face in solid.edges[e].faces):
