@@ -53,12 +53,12 @@ def nodes_on_edges(stack: Stack, levels: Levels, mesh: QuadMesh, row: Row, point
         found[e] = numbers[chain]
         corners[edge.start], corners[edge.end] = (int(chain[0]), level, above), (int(chain[-1]), level, above)
     for run in _along([edge for edge in solid.edges if edge.id not in found], corners):
-        (node, one, _), (_, other, _) = corners[run[0][1]], corners[run[-1][2]]
+        (node, one, _), (there, other, _) = corners[run[0][1]], corners[run[-1][2]]
         low, high = sorted((one, other))
         rise = [row(low, True)[node], *(row(k, False)[node] for k in range(low + 1, high + 1))]
         nodes = np.array(rise if one < other else rise[::-1], dtype=np.int64)
-        if len(nodes) <= len(run):
-            continue  # fewer layers than pieces
+        if there != node or len(nodes) <= len(run):
+            continue  # not along a column, or fewer layers than pieces
         between = solid.vertices[[end for _, _, end in run[:-1]]]
         away = np.linalg.norm(points[nodes][None] - between[:, None], axis=2)
         ends = [0, *(int(to.argmin()) for to in away), len(nodes) - 1]
