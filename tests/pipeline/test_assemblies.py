@@ -512,3 +512,36 @@ def test_a_frame_of_tubes_is_cut_across_its_contacts():
     mesh = cs.sweep_mesh(assembly(**solids), interfaces="shared")
     assert sorted(mesh.interfaces) == ["a__c", "a__d", "b__c", "b__d"]
     assert mesh.quality().min_scaled_jacobian > 0.5
+
+
+def shaft_in_a_bore(gap):
+    hub = cq.Workplane().box(20, 20, 10).faces(">Z").workplane().hole(10)
+    shaft = cq.Workplane().circle(5 - gap).extrude(30, both=True)
+    return cq.Assembly().add(hub, name="hub").add(shaft, name="shaft")
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.01, 0.002])
+def test_solids_a_small_clearance_apart_keep_apart(gap):
+    mesh = cs.sweep_mesh(shaft_in_a_bore(gap))
+    assert mesh.info["quality"].valid
+    assert set(mesh.parts) == {"hub", "shaft"}
+    nodes = {name: np.unique(mesh.hexes[cells]) for name, cells in mesh.parts.items()}
+    assert not len(np.intersect1d(*nodes.values()))
+    radii = {name: np.hypot(*mesh.points[own, :2].T) for name, own in nodes.items()}
+    assert radii["shaft"].max() == pytest.approx(5 - gap)
+    assert radii["hub"].min() == pytest.approx(5)
+
+
+def test_only_those_that_would_cross_others_are_meshed_nearer():
+    apart = cq.Workplane().circle(5).extrude(10).translate((30, 0, 0))
+    wide, narrow = (cs.sweep_mesh(shaft_in_a_bore(gap).add(apart, name="apart")) for gap in (0.05, 0.01))
+    n_wide, n_narrow = ({name: len(own) for name, own in mesh.parts.items()} for mesh in (wide, narrow))
+    assert n_narrow["apart"] == n_wide["apart"]
+    assert n_narrow["hub"] > n_wide["hub"]
+    assert sum("keep apart from the solids beside it" in note for note in narrow.info["notes"]) == 2
+
+
+def test_in_blocks_they_keep_apart_too(tmp_path):
+    whole = cs.sweep_mesh(shaft_in_a_bore(0.01))
+    streamed = cs.stream_mesh(shaft_in_a_bore(0.01), tmp_path / "shaft.vtkhdf")
+    assert streamed["n_hexes"] == whole.n_hexes

@@ -30,6 +30,7 @@ from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
 from .answering import answering
 from .apart import MeshOne, mesh_alone, mesh_separate
+from .clearance import put_clear
 from .complex import Complex
 from .complexes import find_plans, plan_again
 from .groups import as_blocks, blocks_together, make_group, put_together
@@ -92,7 +93,15 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
             raise _explained(part, own, error, options, mesh_one) from error
     if left_out:
         asked = replace(asked, skip=[*(asked.skip or ()), *left_out])
-    whole = _put_together(part, made, asked, run)
+
+    def make(cells: list[int], tolerance: float) -> AnyMesh:
+        own = subset(part, cells)
+        nearer = replace(_asked_of(part, cells, asked), tolerance=min(tolerance, asked.tolerance or tolerance))
+        mesh = _by_solid(own, _mesh_group(own, nearer, run.anew(), mesh_one))
+        note = f"{tolerance:.3g} off the CAD at most, so as to keep apart from the solids beside it"
+        return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
+
+    whole = put_clear(made, lambda groups: _put_together(part, groups, asked, run), make, run)
     return replace(whole, info={**whole.info, "notes": [*whole.info["notes"], *notes]}) if notes else whole
 
 
