@@ -11,6 +11,8 @@ import cadquery as cq
 import cadsweep as cs
 from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.pipeline.complexes import assemblies
+from cadsweep.pipeline.complexes.clearance import put_clear
+from cadsweep.pipeline.run import Run, silent
 from cadsweep.quality import volume_and_area
 
 pytestmark = pytest.mark.cad
@@ -257,12 +259,22 @@ def test_separate_solids_may_have_facets_of_their_own_on_a_curved_contact():
     assert not mesh.info["quality"].crossings
 
 
-def test_solids_whose_facets_cross_in_a_narrow_gap_are_refused():
-    plate = block(12, 12, 3, (-6, -6, 0)).faces(">Z").workplane(origin=(0, 0, 0)).hole(8)
-    pin = cq.Workplane().circle(3.97).extrude(3)
-    with pytest.raises(InvertedHexError, match=r"plate.* cross each other"):
-        cs.sweep_mesh(assembly(plate=plate, pin=pin), size=2.0, sizes={"pin": 1.3})
-    assert cs.sweep_mesh(assembly(plate=plate, pin=pin), size=0.6, sizes={"pin": 0.5}).info["quality"].valid
+def test_what_crosses_however_near_the_facets_come_is_refused():
+    mesh = cs.sweep_mesh(cq.Workplane().circle(3).extrude(4))
+    tried = []
+
+    def put(made):
+        error = InvertedHexError("it runs into itself", hexes=[], min_scaled_jacobian=0.7)
+        error.crossing = (tuple(mesh.points[mesh.boundaries["side_1"][0, 0]]),)
+        raise error
+
+    def make(cells, tolerance):
+        tried.append(tolerance)
+        return mesh
+
+    with pytest.raises(InvertedHexError, match="runs into itself"):
+        put_clear([([0], mesh)], put, make, Run(on_progress=silent))
+    assert 0 < tried[-1] < tried[0] < mesh.info["distance"]
 
 
 def test_a_broken_solid_is_named_and_can_be_left_out_before_it_is_healed():
@@ -521,8 +533,9 @@ def shaft_in_a_bore(gap):
 
 
 @pytest.mark.parametrize("gap", [0.05, 0.01, 0.002])
-def test_solids_a_small_clearance_apart_keep_apart(gap):
-    mesh = cs.sweep_mesh(shaft_in_a_bore(gap))
+@pytest.mark.parametrize("options", [{}, {"size": 2.0, "sizes": {"shaft": 1.3}}])
+def test_solids_a_small_clearance_apart_keep_apart(gap, options):
+    mesh = cs.sweep_mesh(shaft_in_a_bore(gap), **options)
     assert mesh.info["quality"].valid
     assert set(mesh.parts) == {"hub", "shaft"}
     nodes = {name: np.unique(mesh.hexes[cells]) for name, cells in mesh.parts.items()}
