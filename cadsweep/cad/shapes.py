@@ -234,6 +234,11 @@ class SolidShape:
         """Volume and centroid, by OpenCASCADE."""
         return volume_and_center(self.shape)
 
+    @cached_property
+    def from_origin(self) -> float:
+        """As by :func:`volume_from_origin`, which many cuts of one solid are compared with."""
+        return volume_from_origin(self.shape)
+
 
 def shapes_of(solid: Solid) -> SolidShape:
     """OpenCASCADE's side of a solid that ``cad`` has read or made."""

@@ -298,7 +298,7 @@ def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any], volumes: Seq
     curved = any(face.kind != "plane" for face in solid.faces)
     change = abs(sum(volumes) / whole - 1.0)
     if any(face.tips for face in solid.faces):  # the surface is open beside them
-        change = abs(sum(map(volume_from_origin, pieces)) / volume_from_origin(holder.shape) - 1.0)
+        change = abs(sum(map(volume_from_origin, pieces)) / holder.from_origin - 1.0)
     if curved and INTEGRATED < change < ROUGHLY:
         change = abs(sum(map(fine_volume, pieces)) / fine_volume(holder.shape) - 1.0)
     if change > (INTEGRATED if curved else KEPT) or min(volumes) < THINNEST * whole:

@@ -142,7 +142,7 @@ def _check_same(solid: Solid, now: Any) -> None:
         raise CadError(f"dividing the faces of a neighbour made it invalid: {damage[0]}")
     before, after = shapes_of(solid).mass[0], volume_and_center(now)[0]
     if any(face.tips for face in solid.faces):  # the surface is open beside them
-        before, after = volume_from_origin(shapes_of(solid).shape), volume_from_origin(now)
+        before, after = shapes_of(solid).from_origin, volume_from_origin(now)
     elif abs(after - before) > SAME_VOLUME * before:
         before, after = fine_volume(shapes_of(solid).shape), fine_volume(now)
     if abs(after - before) > SAME_VOLUME * before:

@@ -96,7 +96,8 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
 
     def make(cells: list[int], tolerance: float) -> AnyMesh:
         own = subset(part, cells)
-        nearer = replace(_asked_of(part, cells, asked), tolerance=min(tolerance, asked.tolerance or tolerance))
+        tolerance = min(tolerance, asked.tolerance or tolerance)
+        nearer = replace(_asked_of(part, cells, asked), tolerance=tolerance)
         mesh = _by_solid(own, _mesh_group(own, nearer, run.anew(), mesh_one))
         note = f"{tolerance:.3g} off the CAD at most, so as to keep apart from the solids beside it"
         return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})

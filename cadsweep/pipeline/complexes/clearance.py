@@ -50,19 +50,21 @@ def put_clear(
     InvertedHexError
         They cross still.
     """
-    off = {tuple(cells): float(mesh.info.get("distance") or 0.0) for cells, mesh in made}
+    off = [float(mesh.info.get("distance") or 0.0) for _, mesh in made]
     for share in _NEARER:
         try:
             return put(made)
         except InvertedHexError as error:
-            crossing = [
-                cells for cells, mesh in made if off[tuple(cells)] and _is_among(mesh, np.array(error.crossing))
-            ]
-            if not crossing or run.is_over():
+            corners = np.array(error.crossing)
+            nearer = [own if _is_among(mesh, corners) else 0.0 for own, (_, mesh) in zip(off, made, strict=True)]
+            if not any(nearer) or run.is_over():
                 raise
-            log.info("%d groups of solids are meshed nearer to the CAD: %s", len(crossing), error.what)
+            log.info("solids are meshed nearer to the CAD: %s", error.what)
             try:
-                made = [(c, make(c, share * off[tuple(c)]) if c in crossing else mesh) for c, mesh in made]
+                made = [
+                    (cells, make(cells, share * own) if own else mesh)
+                    for own, (cells, mesh) in zip(nearer, made, strict=True)
+                ]
             except CadSweepError as finer:
                 raise error from finer
     return put(made)
