@@ -46,6 +46,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.untangle import guards_outside, untangle
 from .complexes.several import finish
+from .judging import is_limited
 from .origin import made_of, worst_of
 from .run import Run, spent
 from .wishes.grid_sizes import sizes_at_places
@@ -162,7 +163,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least:
             best, reached = mesh, worst
             shared = {MENDING: found.is_mended, LETTING: bool(found.creases), ENDING: bool(tips)}
             shares = [row for row, had in shared.items() if had]
-            if worst >= _GOAL or found.creases or not clock.hurried:
+            if worst >= _GOAL or found.creases or not clock.hurried or is_limited(mesh, part.solids[0]):
                 break
     if best is None:
         raise NotSweepableError(f"no fitted grid fits the solid: {problem}")

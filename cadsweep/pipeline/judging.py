@@ -25,6 +25,8 @@ FAR_WORSE = 1.5
 """How many times as good as a poor mesh a fitted grid must be to be taken: it has no layers, and no caps."""
 _EXPLAINED = 0.5
 """Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
+_SPLIT = 0.45
+"""The same of a fitted grid, in whose rims two quads share a corner."""
 _AT = 2.0
 """Radii of a hexahedron within which of a corner or an edge it lies at that."""
 _OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverted")
@@ -42,6 +44,11 @@ def is_poor(mesh: AnyMesh, solid: Solid, options: SweepOptions) -> bool:
 def is_pointed(solid: Solid, report: QualityReport) -> bool:
     """Whether the worst hexahedron lies at a corner or an edge of the solid that no mesh has a good one at."""
     return _sharpest(solid, report) <= math.sin(GOOD_ENOUGH)
+
+
+def is_limited(mesh: AnyMesh, solid: Solid) -> bool:
+    """Whether the worst hexahedron of a fitted grid lies at a corner or an edge that no grid has a better one at."""
+    return worst_of(mesh) >= _SPLIT * _sharpest(solid, quality_of(mesh))
 
 
 def is_of_placing(options: SweepOptions) -> bool:

@@ -5,7 +5,9 @@ nothing yet about how long they should be; what it leaves is polished by :func:`
 
 Method: the regularised shape energy of :mod:`.energy`, its regularisation fading with what is inverted, over all nodes.
 Between rounds nodes go back to their entities exactly, and the directions in which they may move are found again.
-Once none is inverted, only what is around poor hexahedra is polished.
+Where a round is of no use, the next wants of hexahedra the lengths that they have: then only angles are asked for, and
+what was held fast between lengths wanted on several sides comes free. Once none is inverted, only what is around poor
+hexahedra is polished.
 
 What it does not handle: a quad of the boundary that its own nodes cannot make convex.
 """
@@ -21,7 +23,7 @@ from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Surface
 from ..projection.descent import minimise
 from .optimise import MovedEnergy, polished, solver_of
-from .patch import Patch, proven_values
+from .patch import Patch, edge_lengths, proven_values
 from .sliding import Slides
 
 _ROUNDS = 14
@@ -34,6 +36,8 @@ _FEW = 0.02
 """Share of the hexahedra that are inverted below which a round moves only what is around them."""
 _FAR = 6
 """Hexahedra around an inverted one whose nodes move for it then."""
+_SHORTEST = 0.1
+"""Share of the longest edges wanted that is wanted at least where hexahedra are to keep the lengths that they have."""
 _REACH = 3
 """Hexahedra around a poor one whose nodes move for it once none is inverted: what is farther off hardly matters."""
 
@@ -129,8 +133,11 @@ def untangle(
     def guarded(points: FloatArray) -> FloatArray:
         return np.concatenate([points, guards.outer(points)])
 
-    def patch_at(points: FloatArray, free: BoolArray, chosen: BoolArray) -> Patch:
+    def patch_at(points: FloatArray, free: BoolArray, chosen: BoolArray, *, own: bool = False) -> Patch:
         nodes = np.flatnonzero(free)
+        asked = lengths[chosen]
+        if own:
+            asked = np.clip(edge_lengths(points, every[chosen]), _SHORTEST * lengths.max(), lengths.max())
 
         def snap(moved: FloatArray) -> FloatArray:
             moved[nodes] = slides.snapped(nodes, moved[nodes], points[nodes])
@@ -140,13 +147,13 @@ def untangle(
             points=points,
             hexes=every[chosen],
             free=np.concatenate([free, np.zeros(len(points) - n, dtype=bool)]),
-            lengths=lengths[chosen],
+            lengths=asked,
             goals=np.full(int(chosen.sum()), goal),
             projectors=slides.projectors(nodes, points[nodes]),
             snap=snap,
         )
 
-    def around(points: FloatArray, poor: BoolArray, among: BoolArray, reach: int) -> Patch:
+    def around(points: FloatArray, poor: BoolArray, among: BoolArray, reach: int, *, own: bool = False) -> Patch:
         """What may move around poor hexahedra, and those among which it does."""
         near = np.zeros(int(every.max()) + 1, dtype=bool)
         near[every[poor]] = True
@@ -154,7 +161,7 @@ def untangle(
             near[every[near[every].any(axis=1)]] = True
         near[n:] = False
         near[:n] &= free
-        return patch_at(guarded(points), near[:n], near[every].any(axis=1) & among)
+        return patch_at(guarded(points), near[:n], near[every].any(axis=1) & among, own=own)
 
     def valued(points: FloatArray) -> tuple[FloatArray, tuple[int, float]]:
         """The value of every hexahedron, and how many are inverted and the worst inside: less is better."""
@@ -167,7 +174,7 @@ def untangle(
         if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
             break
         if (values <= 0).sum() < _FEW * len(every):
-            patch = around(points, values <= 0, everywhere, _FAR)
+            patch = around(points, values <= 0, everywhere, _FAR, own=idle % 2 == 1)
         else:
             patch = patch_at(guarded(points), free, everywhere)
         energy = MovedEnergy(patch, patch.points)

@@ -1,7 +1,7 @@
 """A fitted grid: valid, on the model, with every edge of it, and said to be one."""
 
 from dataclasses import replace
-from math import pi
+from math import atan2, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -161,6 +161,17 @@ def test_the_best_grid_is_taken_where_the_first_is_below_the_goal(monkeypatch, w
     # Five sizes are tried, none of them twice: a block has nothing narrow.
     assert cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True).n_hexes == sizes[taken]
     assert len(sizes) == (taken + 1 if worsts[taken] >= 0.25 else len(worsts))
+
+
+def test_no_finer_grid_is_tried_where_a_sharp_corner_of_the_part_limits_them_all(monkeypatch):
+    made = []
+    finish = fitted_grids.finish
+    monkeypatch.setattr(fitted_grids, "finish", lambda *args, **options: made.append(1) or finish(*args, **options))
+    slot = cq.Workplane("XZ").polyline([(-10, 5), (-10, 0), (8, 5)]).close().extrude(8).translate((0, 4, 0))
+    mesh = cs.sweep_mesh(cq.Workplane().box(20, 20, 10).cut(slot), fitted=True)
+    # Two quads share the corner of 15.5 degrees at the end of the slot.
+    assert 0.9 * sin(atan2(5, 18) / 2) < mesh.record.quality.min_scaled_jacobian < 0.25
+    assert len(made) == 1
 
 
 def test_no_grid_is_tried_where_a_sharp_corner_of_the_part_is_to_blame(monkeypatch):
