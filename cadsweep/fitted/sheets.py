@@ -170,23 +170,25 @@ def with_skin(solid: Solid, mesh: Fitted, size: float) -> Fitted:
 
 
 def _two_sided(solid: Solid) -> list[tuple[FloatArray, FloatArray]]:
-    """Planes (place and normal) of which two faces meet in a vertex and look opposite ways.
+    """Planes (place and normal) in which two faces meet in a vertex and look opposite ways.
 
     As where a bar passes under a block, flush with its underside: no way leads inward of both faces, and one node of a
     sheet would have to be on both sides of the plane.
     """
-    planes_at: dict[int, set[int]] = defaultdict(set)
+    faces_at: dict[int, set[int]] = defaultdict(set)
     for edge in solid.edges:
         for vertex in (edge.start, edge.end):
-            planes_at[vertex].update(f for f in edge.faces if solid.faces[f].kind == "plane")
+            faces_at[vertex].update(edge.faces)
     found: list[tuple[FloatArray, FloatArray]] = []
 
     def is_known(place: FloatArray, normal: FloatArray) -> bool:
         near = _SAME * solid.size
         return any(abs(normal @ other) > -_OPPOSITE and abs((place - at) @ other) < near for at, other in found)
 
-    for vertex, faces in planes_at.items():
-        normals = [solid.faces[face].normal for face in sorted(faces)]
+    for vertex, faces in faces_at.items():
+        place = solid.vertices[[vertex]]
+        surfaces = [solid.faces[face].surface for face in sorted(faces)]
+        normals = [surface.normals(surface.project(place))[0] for surface in surfaces]
         opposite = [one for one, other in itertools.combinations(normals, 2) if one @ other < _OPPOSITE]
         found += [
             (solid.vertices[vertex], normal) for normal in opposite if not is_known(solid.vertices[vertex], normal)

@@ -270,11 +270,22 @@ def test_a_strip_narrower_than_a_cell_between_two_loops_is_a_row_of_quads():
     assert not np.intersect1d(mesh.boundaries["side"], quads[around]).size
 
 
-def test_a_bar_under_a_block_flush_with_its_underside_has_sheets_on_both_sides():
-    """In each of four vertices two faces of one plane look opposite ways: no node of one sheet is inward of both."""
+def block_over_bar():
     block = cq.Workplane().box(20, 16, 8, centered=(True, True, False))
     block = block.union(cq.Workplane(origin=(0, 0, -3)).box(30, 5, 3, centered=(True, True, False)))
-    mesh = cs.sweep_mesh(block.edges(">Z").fillet(2), fitted=True)
+    return block.edges(">Z").fillet(2)
+
+
+def rounded_block_beside_bar():
+    """The side that the bar lies on runs smoothly into the others, with which it is one face."""
+    block = cq.Workplane().box(20, 16, 8, centered=(True, True, False)).edges("|Z").fillet(3)
+    return block.union(cq.Workplane(origin=(10, 0, -4)).box(3, 5, 16, centered=(False, True, False)))
+
+
+@pytest.mark.parametrize("make", [block_over_bar, rounded_block_beside_bar])
+def test_a_bar_flush_with_a_side_of_a_block_has_sheets_on_both_sides(make):
+    """In each of four vertices two faces of one plane look opposite ways: no node of one sheet is inward of both."""
+    mesh = cs.sweep_mesh(make(), fitted=True)
     assert mesh.record.quality.valid
     assert mesh.record.quality.min_scaled_jacobian >= 0.25
 
