@@ -8,38 +8,37 @@ how far the others must follow and not which of them; here all follow alike.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from ..arrays import FloatArray
 
 FIRM = 100.0
 """Price of leaving a user's wish beside that of leaving what a length asks for."""
-_EXACT = 1e6
-"""Weight of the sums against the wishes: they hold to about its inverse, far below a half."""
+_EXACT = 1e5
+"""Weight of the sums against the wishes: they hold to far below a half, and may repeat or contradict each other."""
 
 
-def balance(counts: FloatArray, want: FloatArray, firm: FloatArray, sums: FloatArray, totals: FloatArray) -> FloatArray:
+def balance(want: FloatArray, firm: FloatArray, sums: scipy.sparse.csr_array, totals: FloatArray) -> FloatArray:
     """Real counts near the wanted ones, given sums that must be met.
 
-    Minimises ``sum_j (x_j - want_j)^2 / want_j`` over ``x = counts @ y``: what hangs together is stretched by one
-    factor.
+    Minimises ``sum_j (x_j - want_j)^2 / want_j``: what hangs together is stretched by one factor.
 
     Parameters
     ----------
-    counts : (m, n) float64
-        Counts as linear functions of the unknowns y.
-    want : (m,) float64
+    want : (n,) float64
         Wanted counts, at least 1 each.
-    firm : (m,) bool
+    firm : (n,) bool
         Wishes of the user.
-    sums : (k, n), totals : (k,) float64
-        ``sums @ y = totals``.
+    sums : (k, n) sparse, totals : (k,) float64
+        ``sums @ x = totals``.
 
     Returns
     -------
-    (m,) float64
+    (n,) float64
         At least 1 each.
     """
-    weight = np.where(firm, FIRM, 1.0) / np.sqrt(want)
-    matrix = np.vstack([weight[:, None] * counts, _EXACT * sums])
-    y = np.linalg.lstsq(matrix, np.concatenate([weight * want, _EXACT * totals]), rcond=1e-14)[0]
-    return np.maximum(counts @ y, 1.0)
+    price = np.where(firm, FIRM**2, 1.0) / want
+    slack = scipy.sparse.diags_array(np.full(len(totals), -1.0 / _EXACT**2))
+    system = scipy.sparse.block_array([[scipy.sparse.diags_array(price), sums.T], [sums, slack]], format="csc")
+    found = scipy.sparse.linalg.spsolve(system, np.concatenate([price * want, totals]))
+    return np.maximum(found[: len(want)], 1.0)

@@ -153,13 +153,9 @@ class Programme:
         if not sums or not (fixed or firm.any()):
             return want
         column = {j: k for k, j in enumerate(group)}
-        rows = np.zeros((len(sums) + len(fixed), len(group)))
-        for i, row in enumerate(sums):
-            for j, value in row.items():
-                rows[i, column[j]] = value
-        rows[range(len(sums), len(rows)), fixed] = 1.0
+        rows = [{column[j]: value for j, value in row.items()} for row in sums] + [{k: 1.0} for k in fixed]
         totals = np.array([0.0] * len(sums) + [float(self.demanded[group[k]]) for k in fixed])
-        return balance(np.eye(len(group)), want, firm, rows, totals)
+        return balance(want, firm, _sparse(rows, len(group)), totals)
 
     def _solve_group(
         self, group: Sequence[int], sums: Sequence[Mapping[int, float]], evens: Sequence[Mapping[int, int]]
@@ -181,8 +177,6 @@ class Programme:
         for j in group:
             if j in self.demanded:
                 lower[column[j]] = upper[column[j]] = self.demanded[j]
-        entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
-        r, c, v = (np.array(x) for x in zip(*entries, strict=True))
         # Counts near the wanted ones do nearly always, and are found many times as fast among few.
         wide = (lower, upper)
         near = (np.maximum(lower[:n], np.floor(want) - _NEAR), np.maximum(lower[:n], np.ceil(want) + _NEAR))
@@ -195,11 +189,16 @@ class Programme:
                 np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
                 integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
                 bounds=scipy.optimize.Bounds(*bounds),
-                constraints=scipy.optimize.LinearConstraint(
-                    scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n_columns)), low, high
-                ),
+                constraints=scipy.optimize.LinearConstraint(_sparse(rows, n_columns), low, high),
                 options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
             )
             if result.x is not None:
                 return {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}
         return None
+
+
+def _sparse(rows: Sequence[Mapping[int, float]], n: int) -> scipy.sparse.csr_array:
+    """A matrix (k, n) of rows that know their columns."""
+    entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
+    r, c, v = (np.array(x) for x in zip(*entries, strict=True))
+    return scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n))

@@ -214,7 +214,7 @@ class _Graph:
         return max(abs(self.solid.edges[e].dihedral - pi) for e in self.edges[end])
 
     def imprints(self, steepest: float) -> set[int]:
-        """Return bands that only divide a flat cap, or one that bulges no more steeply."""
+        """Return bands that only divide a flat cap, or one that bulges no more steeply, as many as leave two caps."""
         if self.reason or not self.groups:
             return set()
         n_ends = [0] * len(self.groups)
@@ -222,6 +222,8 @@ class _Graph:
             for kind, i, _ in partners:
                 if kind == "cap":
                     n_ends[i] += 1
+        flat: set[int] = set()
+        bulging: list[int] = []
         for (i, side), partners in self.partners.items():
             for kind, group, _ in partners:
                 if i == 0 or kind != "cap" or not self.edges[i, side]:
@@ -229,10 +231,11 @@ class _Graph:
                 deviation = self._deviation((i, side))
                 planes = all(self.solid.faces[f].kind == "plane" for e in self.edges[i, side]
                              for f in self.solid.edges[e].faces)  # fmt: skip
-                leaf = n_ends[group] == 1 and len(self.groups) > 2
-                if (planes and deviation < FLAT) or (leaf and deviation < steepest):
-                    return {i}
-        return set()
+                if planes and deviation < FLAT:
+                    flat.add(i)
+                elif n_ends[group] == 1 and deviation < steepest:
+                    bulging.append(i)
+        return flat or set(bulging[: max(len(self.groups) - 2, 0)])
 
     def divided_cap(self) -> set[int]:
         """Return a band that is one plane around a hole, where it leaves no second cap: it is that cap, divided."""
