@@ -239,10 +239,10 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
     best = before.best
     if not rows.is_on(row) or (row in {CELLS, FITTED} and not options.decompose):
         return False
-    if (best is not None or row == DESIGN) and run.is_over():
-        return False
     if row == FITTED:
         return _is_fitted(part, options, before)
+    if (best is not None or row == DESIGN) and run.is_over():
+        return False
     if row != DESIGN:
         return not enough and (best is None or row != COLUMNS)  # columns along a poor sweep are as poor
     worst = 0.0 if best is None else worst_of(best)
@@ -307,7 +307,7 @@ def _mesh_cells(part: Part, options: SweepOptions, run: Run, before: _Before) ->
 
 
 def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
-    """By a fitted grid, with all of a run's time again where that has no mesh to show for it."""
+    """By a fitted grid, with all of a run's time again where that has no mesh to show for it or is over."""
     from .fitted_grids import mesh_fitted
 
     best = before.best
@@ -316,7 +316,7 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -
         rows.took([INSTEAD])
         why = f"the worst scaled Jacobian by {best.info['way']} is {worst_of(best):.2g}"
     least = None if best is None else FAR_WORSE * worst_of(best)
-    mesh = mesh_fitted(part, options, run.anew() if best is None else run, why, least=least)
+    mesh = mesh_fitted(part, options, run.anew() if best is None or run.is_over() else run, why, least=least)
     return _said(mesh, FITTED)
 
 
