@@ -1,9 +1,12 @@
-"""What arrays are called in signatures, and sets of ids; imported by everybody, imports nobody."""
+"""What arrays are called in signatures, sets of ids, and matrices by rows; imported by everybody, imports nobody."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -53,3 +56,10 @@ def cross_product(one: FloatArray, other: FloatArray) -> FloatArray:
 def small_ints(ids: npt.NDArray[np.signedinteger]) -> npt.NDArray[np.signedinteger]:
     """Numbers in half the room, where they fit: for files."""
     return ids.astype(np.int32) if ids.size == 0 or ids.max() < 2**31 else ids
+
+
+def sparse(rows: Sequence[Mapping[int, float]], n: int) -> scipy.sparse.csr_array:
+    """A matrix (k, n) of rows that know their columns."""
+    entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
+    r, c, v = (np.array(x) for x in zip(*entries, strict=True))
+    return scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n))

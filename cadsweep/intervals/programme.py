@@ -14,7 +14,7 @@ from heapq import heappop, heappush
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, sparse
 from ..disjoint import DisjointSets
 from .balance import balance
 
@@ -155,7 +155,7 @@ class Programme:
         column = {j: k for k, j in enumerate(group)}
         rows = [{column[j]: value for j, value in row.items()} for row in sums] + [{k: 1.0} for k in fixed]
         totals = np.array([0.0] * len(sums) + [float(self.demanded[group[k]]) for k in fixed])
-        return balance(want, firm, _sparse(rows, len(group)), totals)
+        return balance(want, firm, sparse(rows, len(group)), totals)
 
     def _solve_group(
         self, group: Sequence[int], sums: Sequence[Mapping[int, float]], evens: Sequence[Mapping[int, int]]
@@ -189,16 +189,9 @@ class Programme:
                 np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
                 integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
                 bounds=scipy.optimize.Bounds(*bounds),
-                constraints=scipy.optimize.LinearConstraint(_sparse(rows, n_columns), low, high),
+                constraints=scipy.optimize.LinearConstraint(sparse(rows, n_columns), low, high),
                 options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
             )
             if result.x is not None:
                 return {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}
         return None
-
-
-def _sparse(rows: Sequence[Mapping[int, float]], n: int) -> scipy.sparse.csr_array:
-    """A matrix (k, n) of rows that know their columns."""
-    entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
-    r, c, v = (np.array(x) for x in zip(*entries, strict=True))
-    return scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n))

@@ -214,7 +214,7 @@ class _Graph:
         return max(abs(self.solid.edges[e].dihedral - pi) for e in self.edges[end])
 
     def imprints(self, steepest: float) -> set[int]:
-        """Return bands that only divide a flat cap, or one that bulges no more steeply, as many as leave two caps."""
+        """Return bands that only divide a flat cap, or one that bulges no more steeply, but for two caps that stay."""
         if self.reason or not self.groups:
             return set()
         n_ends = [0] * len(self.groups)

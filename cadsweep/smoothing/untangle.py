@@ -15,6 +15,7 @@ What it does not handle: a quad of the boundary that its own nodes cannot make c
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -133,11 +134,8 @@ def untangle(
     def guarded(points: FloatArray) -> FloatArray:
         return np.concatenate([points, guards.outer(points)])
 
-    def patch_at(points: FloatArray, free: BoolArray, chosen: BoolArray, *, own: bool = False) -> Patch:
+    def patch_at(points: FloatArray, free: BoolArray, chosen: BoolArray) -> Patch:
         nodes = np.flatnonzero(free)
-        asked = lengths[chosen]
-        if own:
-            asked = np.clip(edge_lengths(points, every[chosen]), _SHORTEST * lengths.max(), lengths.max())
 
         def snap(moved: FloatArray) -> FloatArray:
             moved[nodes] = slides.snapped(nodes, moved[nodes], points[nodes])
@@ -147,13 +145,13 @@ def untangle(
             points=points,
             hexes=every[chosen],
             free=np.concatenate([free, np.zeros(len(points) - n, dtype=bool)]),
-            lengths=asked,
+            lengths=lengths[chosen],
             goals=np.full(int(chosen.sum()), goal),
             projectors=slides.projectors(nodes, points[nodes]),
             snap=snap,
         )
 
-    def around(points: FloatArray, poor: BoolArray, among: BoolArray, reach: int, *, own: bool = False) -> Patch:
+    def around(points: FloatArray, poor: BoolArray, among: BoolArray, reach: int) -> Patch:
         """What may move around poor hexahedra, and those among which it does."""
         near = np.zeros(int(every.max()) + 1, dtype=bool)
         near[every[poor]] = True
@@ -161,7 +159,7 @@ def untangle(
             near[every[near[every].any(axis=1)]] = True
         near[n:] = False
         near[:n] &= free
-        return patch_at(guarded(points), near[:n], near[every].any(axis=1) & among, own=own)
+        return patch_at(guarded(points), near[:n], near[every].any(axis=1) & among)
 
     def valued(points: FloatArray) -> tuple[FloatArray, tuple[int, float]]:
         """The value of every hexahedron, and how many are inverted and the worst inside: less is better."""
@@ -174,7 +172,10 @@ def untangle(
         if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
             break
         if (values <= 0).sum() < _FEW * len(every):
-            patch = around(points, values <= 0, everywhere, _FAR, own=idle % 2 == 1)
+            patch = around(points, values <= 0, everywhere, _FAR)
+            if idle % 2:
+                own = edge_lengths(patch.points, patch.hexes)
+                patch = replace(patch, lengths=np.clip(own, _SHORTEST * lengths.max(), lengths.max()))
         else:
             patch = patch_at(guarded(points), free, everywhere)
         energy = MovedEnergy(patch, patch.points)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, sparse
 from ..errors import SurfaceMeshError
 from ..stack import Levels, Stack
 from .level_demands import Wanted, label_of, minimal, refusal
@@ -121,7 +121,7 @@ def _solved(
         bounds=scipy.optimize.Bounds(
             np.zeros(len(price)), np.concatenate([np.full(n, most), np.full(n_pairs + n_apart, np.inf)])
         ),
-        constraints=scipy.optimize.LinearConstraint(_matrix([row for row, _, _ in rows], len(price)), *_limits(rows)),
+        constraints=scipy.optimize.LinearConstraint(sparse([row for row, _, _ in rows], len(price)), *_limits(rows)),
         options={"time_limit": _PATIENCE, "mip_rel_gap": 1e-3},
     )
     if found.x is None and found.status != _INFEASIBLE:
@@ -139,12 +139,6 @@ def _merged(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
         key = float(f"{height:.6g}")
         total[key] = total.get(key, 0.0) + weight
     return list(total.items())
-
-
-def _matrix(rows: list[dict[int, float]], width: int) -> scipy.sparse.csr_array:
-    entries = [(i, j, value) for i, row in enumerate(rows) for j, value in row.items()]
-    i, j, value = (np.array(column) for column in zip(*entries, strict=True))
-    return scipy.sparse.csr_array(scipy.sparse.coo_array((value, (i, j)), shape=(len(rows), width)))
 
 
 def _limits(rows: list[tuple[dict[int, float], float, float]]) -> tuple[FloatArray, FloatArray]:

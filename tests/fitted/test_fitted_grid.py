@@ -144,6 +144,20 @@ def test_it_is_taken_where_it_is_far_better_than_a_poor_mesh_and_never_a_worse_o
     assert "because the worst scaled Jacobian by sweep is 0.05" in cs.sweep_mesh(block, size=1.0).record.notes[-1]
 
 
+def test_it_is_tried_too_where_a_poor_mesh_took_all_the_time_of_a_run(monkeypatch):
+    sweep = routes.WAYS[routes.SWEEP]
+
+    def late(part, options, run, before):
+        mesh = sweep(part, options, run, before)
+        monkeypatch.setattr(type(run), "is_over", lambda self: True)
+        return replace(mesh, info={**mesh.info, "quality": replace(mesh.info["quality"], min_scaled_jacobian=0.05)})
+
+    monkeypatch.setitem(routes.WAYS, routes.SWEEP, late)
+    mesh = cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0)
+    assert mesh.record.way == "fitted"
+    assert "way: cells" not in mesh.record.rows
+
+
 @pytest.mark.parametrize(
     ("worsts", "taken"), [((0.15, 0.3, 0.9), 1), ((0.15, 0.12, 0.11, 0.13, 0.14), 0), ((0.3, 0.9), 0)]
 )

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cadsweep.errors import InputError, SurfaceMeshError
+from cadsweep.intervals.balance import balance
 from cadsweep.recognition import find_sweeps
 
 from ..lone import assign_intervals
@@ -167,3 +169,12 @@ def test_edges_along_and_around_may_share_a_count():
     found = assign_intervals(sweep, edge_counts={both: 8})
     assert sum(int(found.counts[e]) for e in both) == 8
     check_intervals(sweep, found)
+
+
+@pytest.mark.parametrize("times", [1, 3])
+def test_what_hangs_together_is_stretched_by_one_factor_however_often_that_is_said(times):
+    want = np.array([9.0, 4.0, 5.0, 7.0])
+    sums = np.array([[1.0, -1.0, -1.0, 0.0]] * times + [[1.0, 0.0, 0.0, 0.0]])
+    totals = np.array([0.0] * times + [18.0])
+    found = balance(want, np.zeros(4, dtype=bool), scipy.sparse.csr_array(sums), totals)
+    np.testing.assert_allclose(found, [18.0, 8.0, 10.0, 7.0], rtol=1e-5)
