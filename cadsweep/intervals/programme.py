@@ -160,38 +160,37 @@ class Programme:
     def _solve_group(
         self, group: Sequence[int], sums: Sequence[Mapping[int, float]], evens: Sequence[Mapping[int, int]]
     ) -> dict[int, int] | None:
-        """Counts by an integer programme; unknowns are counts (n), deviations (n), halves of the even sums."""
-        n, n_columns = len(group), 2 * len(group) + len(evens)
+        """Counts by an integer programme.
+
+        Each count is the next one below what is wanted, plus one or none, plus segments more, less
+        segments fewer: prices then bend at integers alone, so that most programmes are solved by their
+        relaxation. Unknowns are these three (n each) and the halves of the even sums.
+        """
+        n = len(group)
         column = {j: k for k, j in enumerate(group)}
-        want = self._balanced(group, sums)
-        rows: list[dict[int, float]] = []
-        for k in range(n):
-            rows += [{k: 1.0, n + k: -1.0}, {k: -1.0, n + k: -1.0}]
-        high = [bound for w in want for bound in (w, -w)]
-        low = [-np.inf] * len(high) + [0.0] * (len(sums) + len(evens))
-        high += [0.0] * (len(sums) + len(evens))
-        rows += [{column[j]: v for j, v in row.items()} for row in sums]
-        rows += [{column[j]: float(v) for j, v in odd.items()} | {2 * n + k: -2.0} for k, odd in enumerate(evens)]
-        lower = np.concatenate([[float(self.least.get(j, 1)) for j in group], np.zeros(n_columns - n)])
-        upper = np.full(n_columns, np.inf)
-        for j in group:
-            if j in self.demanded:
-                lower[column[j]] = upper[column[j]] = self.demanded[j]
+        want, weight = self._balanced(group, sums), self.weight[list(group)]
+        free = np.array([j not in self.demanded for j in group])
+        least = np.array([self.demanded.get(j, self.least.get(j, 1)) for j in group], dtype=float)
+        below = np.where(free, np.maximum(np.floor(want), least), least)
+        up = np.clip(1.0 - 2.0 * (want - below), -1.0, 1.0)
+        members = [{column[j]: float(v) for j, v in row.items()} for row in (*sums, *evens)]
+        halves: list[dict[int, float]] = [{} for _ in sums] + [{3 * n + k: -2.0} for k in range(len(evens))]
+        rows = [
+            row | {n + k: v for k, v in row.items()} | {2 * n + k: -v for k, v in row.items()} | half
+            for row, half in zip(members, halves, strict=True)
+        ]
+        total = np.array([-sum(v * below[k] for k, v in row.items()) for row in members])
         # Counts near the wanted ones do nearly always, and are found many times as fast among few.
-        wide = (lower, upper)
-        near = (np.maximum(lower[:n], np.floor(want) - _NEAR), np.maximum(lower[:n], np.ceil(want) + _NEAR))
-        fixed = lower[:n] == upper[:n]
-        close = tuple(
-            np.concatenate([np.where(fixed, far[:n], some), far[n:]]) for far, some in zip(wide, near, strict=True)
-        )
-        for bounds in (close, wide):
+        for most in (_NEAR, np.inf):
+            steps = [free, np.where(free, most, 0.0), np.minimum(below - least, most), np.full(len(evens), np.inf)]
             result = scipy.optimize.milp(
-                np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
-                integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
-                bounds=scipy.optimize.Bounds(*bounds),
-                constraints=scipy.optimize.LinearConstraint(sparse(rows, n_columns), low, high),
+                np.concatenate([weight * up, weight, weight, np.zeros(len(evens))]),
+                integrality=np.ones(3 * n + len(evens)),
+                bounds=scipy.optimize.Bounds(0.0, np.concatenate(steps)),
+                constraints=scipy.optimize.LinearConstraint(sparse(rows, 3 * n + len(evens)), total, total),
                 options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
             )
             if result.x is not None:
-                return {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}
+                one, more, fewer = np.round(result.x[: 3 * n]).reshape(3, n)
+                return {j: int(count) for j, count in zip(group, below + one + more - fewer, strict=True)}
         return None
