@@ -211,7 +211,21 @@ def slivers():
         "short side": cq.Workplane().polyline([(0, 0), (4, 0), (4.00005, 0.00003), (4, 3), (0, 3)]).close().extrude(2),
         "ledge": plate.union(plate.translate((0, 0.00005, 1)), clean=False),
         "tiny chamfer": cq.Workplane().box(4, 4, 2).edges("|Z and >X and >Y").chamfer(0.0001),
+        "ring": countersunk(0.0002),
     }
+
+
+def countersunk(missed):
+    """A block with a square hole and a countersink that is wider than the hole by a little."""
+    block = cq.Workplane().box(4, 3, 2).faces(">Z").workplane().rect(0.3, 0.4).cutThruAll()
+    wide = cq.Workplane("XY", (0, 0, 0.9)).rect(0.3 + missed, 0.4 + missed)
+    return block.cut(wide.workplane(offset=0.1).rect(0.5 + missed, 0.6 + missed).loft())
+
+
+def test_a_ring_wider_than_a_sliver_stays():
+    part = load(countersunk(0.02))
+    assert len(part.solids[0].faces) == 15
+    assert not any("slivers" in note for note in part.notes)
 
 
 @pytest.mark.parametrize("name", slivers())

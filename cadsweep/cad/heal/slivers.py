@@ -5,13 +5,16 @@ through splines leave edges and strips some thousandths of a per cent long or wi
 elements of that size.
 
 Method: ``ShapeFix_FixSmallFace`` and ``ShapeFix_Wireframe`` of OpenCASCADE. Their result is taken only where
-it is one valid, closed solid of the same volume; else the shape stays as it is.
+it is one valid, closed solid of the same volume; else the shape stays as it is. OpenCASCADE knows strips between two
+edges: a narrow ring, as a chamfer leaves around a hole that it just misses, is parted into these at its corners first.
 
 A short edge without a narrow face beside it stays where all faces run along or across one direction: there it is the
 height of a step, or where two outlines pass each other closely, and without it faces at different heights would share
 a corner. Such parts are meshed as columns, whose outlines are laid together in the mesh alone.
 
 A narrow slit stays, too: without its floor and ends its sides would lie on each other, and the solid would be torn.
+
+Not handled: rings without corners, as between two circles.
 """
 
 from __future__ import annotations
@@ -21,20 +24,28 @@ from typing import Any
 
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_Copy,
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakeWire,
+)
 from OCP.BRepGProp import BRepGProp
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Dir, gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.ShapeBuild import ShapeBuild_ReShape
 from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Wireframe
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopExp import TopExp
 
 from ...errors import CadError
-from ..shapes import EDGE, FACE, SOLID, VERTEX, index_map, subshapes
+from ..shapes import EDGE, FACE, SOLID, VERTEX, WIRE, compound, in_turn, index_map, subshapes, typed
 from ..trial import survives
 from .tracing import Traced
 from .validate import check_closed, faults
 
+_FORWARD = TopAbs_Orientation.TopAbs_FORWARD
 logger = logging.getLogger(__name__)
 
 TOLERANCE = 2e-4
@@ -80,6 +91,11 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
 def _merged(shape: Any, tolerance: float) -> tuple[Any, ShapeBuild_ReShape]:
     """The shape without its slivers, and the record of what became of its parts."""
     context = ShapeBuild_ReShape()
+    for face in _slivers(shape, tolerance)[1]:
+        strips = _strips(face, tolerance)
+        if strips:
+            context.Replace(face.Oriented(_FORWARD), compound(strips))
+    shape = context.Apply(shape)
     if _slivers(shape, tolerance)[1]:
         faces = ShapeFix_FixSmallFace()
         faces.Init(shape)
@@ -98,14 +114,47 @@ def _merged(shape: Any, tolerance: float) -> tuple[Any, ShapeBuild_ReShape]:
     return shape, context
 
 
+def _strips(face: Any, tolerance: float) -> list[Any]:
+    """A plane ring parted at its corners into strips between an edge outside and one inside; empty where it is none."""
+    face = typed(face.Oriented(_FORWARD), FACE)
+    wires = subshapes(face, WIRE)
+    if len(wires) != 2 or BRepAdaptor_Surface(face).GetType() != GeomAbs_SurfaceType.GeomAbs_Plane:
+        return []
+    outer, inner = (list(in_turn(wire, face)) for wire in wires)
+    left = [(TopExp.LastVertex_s(edge, True), edge) for edge in inner]
+    spokes: list[Any] = []
+    beside: list[Any] = []
+    for edge in outer:
+        corner = TopExp.FirstVertex_s(edge, True)
+        place = BRep_Tool.Pnt_s(corner)
+        near = [j for j, (v, _) in enumerate(left) if BRep_Tool.Pnt_s(v).Distance(place) < tolerance]
+        if len(near) != 1:
+            return []
+        vertex, other = left.pop(near[0])
+        spokes.append(BRepBuilderAPI_MakeEdge(corner, vertex).Edge())
+        beside.append(other)
+    if left or len(outer) < 2:
+        return []
+    surface = BRep_Tool.Surface_s(face)
+    strips = []
+    for k, edge in enumerate(outer):
+        wire = BRepBuilderAPI_MakeWire(edge, spokes[(k + 1) % len(outer)], beside[k], spokes[k]).Wire()
+        strips.append(BRepBuilderAPI_MakeFace(surface, wire, True).Face())
+    return strips
+
+
 def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
     """Short edges and narrow faces."""
     short = [edge for edge in subshapes(shape, EDGE) if _is_short(edge, tolerance)]
     narrow = []
     for face in subshapes(shape, FACE):
         edges = subshapes(face, EDGE)
-        # A narrow face has short ends, or is pinched between two or three edges.
-        if len(edges) <= 3 or any(edge.IsSame(other) for edge in edges for other in short):
+        # A narrow face has short ends, is pinched between two or three edges, or is a ring.
+        if (
+            len(edges) <= 3
+            or len(subshapes(face, WIRE)) > 1
+            or any(edge.IsSame(other) for edge in edges for other in short)
+        ):
             perimeter = sum(_length(edge) for edge in edges)
             if _area(face) < 0.5 * tolerance * perimeter:
                 narrow.append(face)
