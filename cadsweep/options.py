@@ -74,8 +74,8 @@ class SweepOptions:
         finely as it takes. None: what loses no more than 0.5 % of volume and area where no `size` is given either.
     bridge : float or None
         Distance up to which the mesh may leave the CAD where a face ends in a tip, its edges meeting at next to no
-        angle: it ends where they are that far apart. None takes a twentieth of the size, and no more than the
-        tolerance; 0 bridges none.
+        angle: it ends where they are that far apart; and where embossing or engraving is lower than that, which is
+        flattened. None takes a twentieth of the size, and no more than the tolerance; 0 keeps all.
     layers : int or None
         Layers of hexahedra from source to target, over all stations; None derives it from `size`.
     bias : float, (float, float) or None

@@ -3,7 +3,8 @@
 ``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
 ``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one surface,
 ``divide_roundings`` divides the roundings of a cap's edges and ``divide_annuli`` plane faces around a hole,
-``bridge_tips`` ends faces before their tips, and ``find_crossing`` says where a solid runs into itself.
+``bridge_tips`` ends faces before their tips, ``flatten_marks`` takes low embossing off them, and ``find_crossing`` says
+where a solid runs into itself.
 """
 
 from math import inf
@@ -48,6 +49,7 @@ __all__ = [
     "find_facets",
     "find_mergeable",
     "find_touching",
+    "flatten_marks",
     "from_inside",
     "give_names",
     "hanging_together",
@@ -75,6 +77,13 @@ def part_apart(part: "Part") -> "Part | None":
     from .imprinting.apart import part_apart as find
 
     return find(part)
+
+
+def flatten_marks(part: "Part", length: float) -> "Part":
+    """Take embossing off that is lower than a length (:func:`cadsweep.cad.edit.marks.flatten_marks`)."""
+    from .edit.marks import flatten_marks as flatten
+
+    return flatten(part, length)
 
 
 def bridge_tips(part: "Part", length: float) -> "Part":

@@ -90,7 +90,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--bridge",
             type=click.FloatRange(min=0.0),
             metavar="L",
-            help="Distance up to which the mesh may leave the CAD where faces end in tips; 0: nowhere.",
+            help="Distance up to which the mesh may leave the CAD at tips of faces and at low embossing; 0: nowhere.",
         ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),

@@ -56,7 +56,7 @@ from .judging import FAR_WORSE, is_as_good, is_of_placing, is_pointed, is_poor, 
 from .origin import AnyMesh, made_of, quality_of, with_last, worst_of
 from .parts import load
 from .run import Run
-from .tips import AFTER, mesh_bridged_or_plain
+from .tips import AFTER, flattened, mesh_bridged_or_plain
 from .wishes.local_sizes import noting_large, with_largest_size
 
 log = logging.getLogger(__name__)
@@ -97,7 +97,9 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
         )
         if options.names:
             part = cad.give_names(part, options.names)
-        return cad.suppress(part, options.suppress) if options.suppress else part
+        if options.suppress:
+            part = cad.suppress(part, options.suppress)
+        return flattened(part, options)
 
 
 def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:

@@ -22,7 +22,7 @@ from .complexes.best import AGAIN
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import INSTEAD, WAYS
-from .tips import AFTER, TIPS
+from .tips import AFTER, MARKS, TIPS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -37,6 +37,7 @@ def all_rows() -> tuple[str, ...]:
     return (
         *WAYS,
         INSTEAD,
+        MARKS,
         TIPS,
         AFTER,
         MENDING,

@@ -1,4 +1,4 @@
-"""Tips of faces bridged, for all ways to a mesh at once.
+"""Tips of faces bridged and marks on them flattened, for all ways to a mesh at once.
 
 Place in the flow: :mod:`.routes` and :mod:`.complexes.assemblies` hand over solids that hang together and what meshes
 them; :mod:`.finished.like` does the same to others.
@@ -22,8 +22,10 @@ from .run import Run
 
 log = logging.getLogger(__name__)
 
+MARKS = "part: marks flattened"
+"""The row of low embossing that is left out."""
 TIPS = "part: tips bridged"
-"""The row of the table that is this module."""
+"""The row of faces that end before their tips."""
 AFTER = "part: tips bridged after cuts"
 """The row of solids in contact that are cut as they are, and whose cells have their tips bridged."""
 BRIDGE = 0.05
@@ -40,13 +42,29 @@ def bridged(part: Part, options: SweepOptions) -> Part:
         return part
     if not any(cad.has_sharp_corners(solid) for solid in part.solids):
         return part
-    length = options.bridge
-    if length is None:
-        wanted = WANTED_HEXES * len(part.models) ** 0.5
-        size = (sum(solid.volume for solid in part.solids) * part.scale**3 / wanted) ** (1.0 / 3.0)
-        asked = size if options.size is None else options.size
-        length = min(BRIDGE * min(asked, *(options.sizes or {}).values(), inf), options.tolerance or inf)
-    return cad.bridge_tips(part, length)
+    return cad.bridge_tips(part, _length(part, options))
+
+
+def flattened(part: Part, options: SweepOptions) -> Part:
+    """A part without embossing and engraving that is lower than the options let the mesh leave the CAD."""
+    if options.bridge == 0.0 or not rows.is_on(MARKS):
+        return part
+    if all(len(face.loops) == 1 for solid in part.solids for face in solid.faces):
+        return part
+    found = cad.flatten_marks(part, _length(part, options))
+    if found is not part:
+        rows.took([MARKS])
+    return found
+
+
+def _length(part: Part, options: SweepOptions) -> float:
+    """How far the mesh may leave the CAD, model units."""
+    if options.bridge is not None:
+        return options.bridge
+    wanted = WANTED_HEXES * len(part.models) ** 0.5
+    size = (sum(solid.volume for solid in part.solids) * part.scale**3 / wanted) ** (1.0 / 3.0)
+    asked = size if options.size is None else options.size
+    return min(BRIDGE * min(asked, *(options.sizes or {}).values(), inf), options.tolerance or inf)
 
 
 def mesh_bridged_or_plain(
@@ -100,4 +118,4 @@ def mesh_bridged_or_plain(
     return mesh
 
 
-__all__ = ["AFTER", "BRIDGE", "TIPS", "bridged", "mesh_bridged_or_plain"]
+__all__ = ["AFTER", "BRIDGE", "MARKS", "TIPS", "bridged", "flattened", "mesh_bridged_or_plain"]

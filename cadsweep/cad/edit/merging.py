@@ -129,7 +129,7 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
     n_less = len(solid.faces) - len(merged.faces)
     if n_less <= 0 or abs(merged.volume - solid.volume) > 1e-6 * solid.volume:
         return None
-    labels = [_label(own, holder) for own in pieces]
+    labels = [label_of_pieces(own, holder) for own in pieces]
     faces = tuple(
         face if j is None else replace(face, **labels[j]) for face, j in zip(merged.faces, origins, strict=True)
     )
@@ -160,7 +160,7 @@ def _edge_label(pieces: Sequence[Edge]) -> dict[str, Any]:
     return {"key": pieces[0].key if pieces else "", "name": names[0] if names else None, "groups": names[1:]}
 
 
-def _label(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
+def label_of_pieces(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
     """Names, colour and key of the largest piece, and a patch for every other set of names.
 
     These are fields of :class:`~cadsweep.brep.Face`; where a face is divided anew, each part has them all.

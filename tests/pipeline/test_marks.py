@@ -1,0 +1,74 @@
+"""Low embossing is left out of the mesh: within `bridge`, its names on the quads below it, and said so."""
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep import cad
+from cadsweep.pipeline.tips import MARKS
+
+SIZE = 2.0
+HEIGHT = 0.05
+
+
+def plate():
+    return cq.Workplane().box(40, 30, 10).faces("<Z").workplane(centerOption="CenterOfBoundBox").hole(6)
+
+
+def marked(height=HEIGHT, *, sunk=False):
+    """A plate with a bore, and a bar and a ring that stand on it or are sunk into it."""
+    up = -height if sunk else height
+    marks = cq.Workplane("XY", (-12, 0, 5)).rect(3, 17).extrude(up)
+    marks = marks.union(cq.Workplane("XY", (12, 0, 5)).circle(5).circle(3).extrude(up))
+    return plate().cut(marks) if sunk else plate().union(marks)
+
+
+@pytest.mark.parametrize("sunk", [False, True], ids=["embossed", "engraved"])
+def test_the_mesh_is_that_of_the_plate_alone(sunk):
+    mesh, alone = (cs.sweep_mesh(shape, size=SIZE) for shape in (marked(sunk=sunk), plate()))
+    assert np.allclose(np.sort(mesh.points, axis=0), np.sort(alone.points, axis=0), atol=1e-9)
+    assert MARKS in mesh.info["rows"]
+    (note,) = [note for note in mesh.info["notes"] if note.startswith("marks flattened")]
+    assert f"of at most {HEIGHT}, on face" in note
+
+
+def test_what_is_higher_than_bridge_stays():
+    part = cs.load(marked())
+    assert len(cad.flatten_marks(part, 0.9 * HEIGHT).solids[0].faces) == len(part.solids[0].faces)
+    assert cad.flatten_marks(part, 0.9 * HEIGHT) is part
+    mesh = cs.sweep_mesh(marked(), size=SIZE, bridge=0)
+    assert MARKS not in mesh.info["rows"]
+    assert mesh.points[:, 2].max() == pytest.approx(5 + HEIGHT)
+
+
+def test_names_of_marks_are_on_the_quads_below_them():
+    shape = marked()
+    part = cs.load(shape)
+    places = np.array([face.center for face in part.solids[0].faces]) * part.scale + part.offset
+    top = int(np.argmin(np.linalg.norm(places - (-12, 0, 5 + HEIGHT), axis=1)))
+    mesh = cs.sweep_mesh(shape, size=1.0, bridge=HEIGHT * 1.01, names={"bar": top})
+    middles = mesh.points[mesh.boundaries["bar"]].mean(axis=1)
+    assert np.allclose(middles[:, 2], 5.0)
+    assert np.all(np.abs(middles[:, 0] + 12) < 1.5)
+    assert np.all(np.abs(middles[:, 1]) < 8.5)
+
+
+def test_holes_rims_and_contacts_are_no_marks():
+    thin = cq.Workplane().box(40, 30, 0.04).faces(">Z").workplane().hole(6)
+    lid = cq.Assembly().add(plate(), name="plate")
+    lid.add(cq.Workplane("XY", (12, 0, 5)).rect(8, 8).extrude(0.04), name="film")
+    for shape in (thin, lid, plate()):
+        part = cs.load(shape)
+        assert cad.flatten_marks(part, HEIGHT) is part
+
+
+def test_marks_on_marks_and_on_cylinders():
+    tower = marked().union(cq.Workplane("XY", (-12, 0, 5.05)).rect(1, 4).extrude(0.02))
+    assert len(cad.flatten_marks(cs.load(tower), 0.1).solids[0].faces) == len(cs.load(plate()).solids[0].faces)
+    shaft = cq.Workplane().circle(10).extrude(30)
+    dot = cq.Workplane("XZ", (0, 10.05, 15)).circle(0.5).extrude(0.15)
+    part = cs.load(shaft.union(dot))
+    bare = cad.flatten_marks(part, 0.1)
+    assert len(bare.solids[0].faces) < len(part.solids[0].faces)
+    assert bare.models[0].volume * bare.scale**3 == pytest.approx(shaft.val().Volume(), rel=1e-6)
