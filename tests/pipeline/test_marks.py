@@ -54,12 +54,13 @@ def test_names_of_marks_are_on_the_quads_below_them():
     assert np.all(np.abs(middles[:, 1]) < 8.5)
 
 
-def test_holes_rims_and_contacts_are_no_marks():
+def test_holes_rims_contacts_and_imprints_are_no_marks():
     thin = cq.Workplane().box(40, 30, 0.04).faces(">Z").workplane().hole(6)
+    patch = cs.load(plate().union(cq.Workplane("XY", (-12, 0, 0)).rect(8, 8).extrude(5), clean=False))
+    assert len(patch.solids[0].faces) > len(cs.load(plate()).solids[0].faces)
     lid = cq.Assembly().add(plate(), name="plate")
     lid.add(cq.Workplane("XY", (12, 0, 5)).rect(8, 8).extrude(0.04), name="film")
-    for shape in (thin, lid, plate()):
-        part = cs.load(shape)
+    for part in (*map(cs.load, (thin, lid, plate())), patch):
         assert cad.flatten_marks(part, HEIGHT) is part
 
 

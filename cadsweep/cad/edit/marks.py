@@ -36,6 +36,8 @@ _KINDS = ("plane", "cylinder", "cone", "sphere")
 """Faces that go on beneath what stands on them."""
 _SEEN = 0.5
 """Least cosine between the normals of a face of a mark and of the face below it, from which on that is seen from it."""
+_FLAT = 1e-6
+"""Height, in sizes of the part, up to which what is within a loop only divides the face, as for a load: no mark."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +127,7 @@ def _mark(solid: Solid, base: Face, edge: int, length: float) -> Mark | None:
         waiting += [g for e in solid.faces[f].edges for g in solid.edges[e].faces if g != base.id]
     outlines = {e for e in base.edges if not faces.isdisjoint(solid.edges[e].faces)}
     inside = [set(loop.edges) for loop in base.loops[1:] if not outlines.isdisjoint(loop.edges)]
-    if not faces or outlines != set().union(*inside):
+    if height <= _FLAT * solid.size or outlines != set().union(*inside):
         return None
     return Mark(base.id, frozenset(outlines), tuple(sorted(faces)), height)
 
