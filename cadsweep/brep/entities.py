@@ -46,6 +46,8 @@ class Edge:
     gap : float
         How far the borders of its faces, and its vertices, are off the curve, as measured; the model's own tolerance
         may say more.
+    number : int or None
+        What a user knows the edge by, where that is not its `id`: edges that went with a mark left a gap.
     units : Units
         What messages give places in.
     stands_for : tuple of Edge
@@ -79,6 +81,7 @@ class Edge:
     groups: tuple[str, ...] = ()
     key: str = ""
     gap: float = 0.0
+    number: int | None = None
     units: Units = field(default_factory=Units)
     stands_for: tuple[Edge, ...] = ()
 
@@ -87,6 +90,11 @@ class Edge:
         """All of the user's names for the edge."""
         return self.groups if self.name is None else (self.name, *self.groups)
 
+    @property
+    def known(self) -> int:
+        """The number that a user knows the edge by."""
+        return self.id if self.number is None else self.number
+
     def __repr__(self) -> str:
         return f"E{self.label()[1:]}: length {self.length * self.units.scale:.6g}"
 
@@ -94,7 +102,7 @@ class Edge:
         """How messages name the edge: id, name, kind and place of its middle."""
         if self.stands_for:
             return _one_under_another(self.stands_for)
-        return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
+        return _label("edge", self.known, self.name, self.kind, self.units.place(self.midpoint))
 
 
 RIGHT_TURN = pi / 4
@@ -156,6 +164,8 @@ class FormerFace:
         ``piece_at(points)`` gives the numbers (m,) of what points (m, 3) on the face's surface lie in.
     pieces : tuple of int
         Numbers of what the patch is of.
+    number : int or None
+        As for :class:`Face`, of a face that is asked for by its number.
     """
 
     names: tuple[str, ...]
@@ -165,6 +175,7 @@ class FormerFace:
     place: FloatArray
     piece_at: Callable[[FloatArray], npt.NDArray[np.generic]]
     pieces: tuple[int, ...]
+    number: int | None = None
 
 
 def lie_in(former: Sequence[FormerFace], points: FloatArray) -> BoolArray:
@@ -223,8 +234,8 @@ class Face:
     former : tuple of FormerFace
         Parts of a merged face that go by another name.
     number : int or None
-        Of a cell that was cut from a solid: the face of that solid that it is a piece of, -1 on a cut. None where
-        `id` is what a user knows the face by.
+        Of a cell that was cut from a solid: the face of that solid that it is a piece of, -1 on a cut; of a solid
+        without its marks the number that the face had with them. None where `id` is what a user knows the face by.
     units : Units
         What messages give places in.
     handles : int

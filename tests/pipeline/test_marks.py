@@ -42,16 +42,39 @@ def test_what_is_higher_than_bridge_stays():
     assert mesh.points[:, 2].max() == pytest.approx(5 + HEIGHT)
 
 
-def test_names_of_marks_are_on_the_quads_below_them():
-    shape = marked()
-    part = cs.load(shape)
+@pytest.fixture(scope="module")
+def part_and_top():
+    """The plate, and the number of the bar's top."""
+    part = cs.load(marked())
     places = np.array([face.center for face in part.solids[0].faces]) * part.scale + part.offset
-    top = int(np.argmin(np.linalg.norm(places - (-12, 0, 5 + HEIGHT), axis=1)))
-    mesh = cs.sweep_mesh(shape, size=1.0, bridge=HEIGHT * 1.01, names={"bar": top})
+    return part, int(np.argmin(np.linalg.norm(places - (-12, 0, 5 + HEIGHT), axis=1)))
+
+
+def test_names_of_marks_are_on_the_quads_below_them(part_and_top):
+    part, top = part_and_top
+    mesh = cs.sweep_mesh(part, size=1.0, bridge=1.01 * HEIGHT, names={"bar": top})
     middles = mesh.points[mesh.boundaries["bar"]].mean(axis=1)
     assert np.allclose(middles[:, 2], 5.0)
     assert np.all(np.abs(middles[:, 0] + 12) < 1.5)
     assert np.all(np.abs(middles[:, 1]) < 8.5)
+
+
+def test_faces_and_edges_keep_the_numbers_that_they_had_with_marks(part_and_top):
+    part, top = part_and_top
+    flat = cad.flatten_marks(part, 1.01 * HEIGHT)
+    old, new = part.solids[0], flat.solids[0]
+    (below,) = cad.select_faces(flat, top)
+    assert new.faces[below].center[2] * flat.scale + flat.offset[2] == pytest.approx(5.0)
+    for kind, many, choose in (("face", old.faces, cad.select_faces), ("edge", old.edges, cad.select_edges)):
+        left = getattr(new, f"{kind}s")
+        assert [one.id for one in left] != [one.known for one in left]
+        for one in left:
+            assert choose(flat, f"{kind} {one.known}") == (one.id,)
+            was = many[one.known]
+            if kind == "edge":
+                assert np.allclose(was.midpoint, one.midpoint)
+            else:
+                assert was.kind == one.kind
 
 
 def test_holes_rims_contacts_and_imprints_are_no_marks():

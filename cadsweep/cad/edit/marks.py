@@ -27,7 +27,7 @@ from ...errors import CadError
 from ..heal.tracing import Traced
 from ..heal.validate import faults
 from ..shapes import EDGE, FACE, SolidShape, children, compound, index_map, shapes_of, subshapes, typed
-from .merging import label_of_pieces
+from .merging import former_face
 from .splitting import in_order, read_anew
 
 log = logging.getLogger(__name__)
@@ -206,9 +206,8 @@ def _named(old: Solid, new: Solid, marks: list[Mark], holder: SolidShape) -> tup
     for base in dict.fromkeys(mark.base for mark in marks):
         below = old.faces[base]
         on = [old.faces[f] for mark in marks if mark.base == base for f in mark.faces]
-        seen = [face for face in on if face.names != below.names and _is_seen(face, below)]
-        if seen:
-            faces[number[base]] = replace(faces[number[base]], **label_of_pieces([below, *seen], holder))
+        patches = tuple(former_face(face.names, [face], holder) for face in on if _is_seen(face, below))
+        faces[number[base]] = replace(faces[number[base]], former=patches)
     kept = {name for face in faces for names in (face.names, *(patch.names for patch in face.former)) for name in names}
     lost = [name for f in sorted(gone) for name in old.faces[f].names if name not in kept]
     return replace(new, faces=tuple(faces)), lost

@@ -129,7 +129,7 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
     n_less = len(solid.faces) - len(merged.faces)
     if n_less <= 0 or abs(merged.volume - solid.volume) > 1e-6 * solid.volume:
         return None
-    labels = [label_of_pieces(own, holder) for own in pieces]
+    labels = [_label(own, holder) for own in pieces]
     faces = tuple(
         face if j is None else replace(face, **labels[j]) for face, j in zip(merged.faces, origins, strict=True)
     )
@@ -160,7 +160,7 @@ def _edge_label(pieces: Sequence[Edge]) -> dict[str, Any]:
     return {"key": pieces[0].key if pieces else "", "name": names[0] if names else None, "groups": names[1:]}
 
 
-def label_of_pieces(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
+def _label(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
     """Names, colour and key of the largest piece, and a patch for every other set of names.
 
     These are fields of :class:`~cadsweep.brep.Face`; where a face is divided anew, each part has them all.
@@ -176,11 +176,12 @@ def label_of_pieces(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any
         "groups": names[1:],
         "color": common_color([piece.color for piece in main]),
         "key": max(main, key=lambda piece: piece.area).key,
-        "former": tuple(_former_face(own_names, own, holder) for own_names, own in others),
+        "former": tuple(former_face(own_names, own, holder) for own_names, own in others),
     }
 
 
-def _former_face(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -> FormerFace:
+def former_face(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -> FormerFace:
+    """What was a face, or several, of a solid with these shapes, as a patch of another face."""
     largest = max(pieces, key=lambda piece: piece.area)
     inside = inner_point(holder.faces[largest.id])
     place = largest.center if inside is None else np.array([inside[0].X(), inside[0].Y(), inside[0].Z()])
@@ -199,6 +200,7 @@ def _former_face(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidSh
         place=place,
         piece_at=is_inside,
         pieces=(True,),
+        number=largest.known if len(pieces) == 1 else None,
     )
 
 

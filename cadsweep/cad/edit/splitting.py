@@ -152,9 +152,10 @@ def extracted(solid: Solid, shape: Any, traced: Traced, *, shared: PartGeometry 
     old = [solid.faces[j] for j in origins if j is not None]
     if len(old) != len(origins):
         raise CadError("a face of the divided solid comes from none of the old ones")
+    edges = [(j, solid.edges[j or 0]) for j in edge_origins]
     labels = Labels(
         [label_of(face)._replace(number=face.known) for face in old],
-        [EdgeLabel() if j is None else EdgeLabel(solid.edges[j].key, solid.edges[j].names) for j in edge_origins],
+        [EdgeLabel() if j is None else EdgeLabel(e.key, e.names, e.known) for j, e in edges],
     )
     return extract_solid(
         shape,

@@ -26,6 +26,7 @@ class EdgeLabel(NamedTuple):
 
     key: str = ""
     names: tuple[str, ...] = ()
+    number: int | None = None
 
 
 class Labels(NamedTuple):

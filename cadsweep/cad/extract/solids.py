@@ -139,6 +139,7 @@ def extract_solid(
             name=labels.edges[j].names[0] if labels.edges[j].names else None,
             groups=labels.edges[j].names[1:],
             key=labels.edges[j].key,
+            number=labels.edges[j].number,
             gap=float(gaps[j]),
             units=units,
         )

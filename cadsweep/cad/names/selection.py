@@ -182,7 +182,8 @@ def _by_word(part: Part, items: Sequence[Face | Edge], selector: str | int, kind
     text = str(selector)
 
     def by_id(item: Face | Edge) -> bool:
-        return text in (str(item.id), f"{kind} {item.id}")
+        numbers = [item.known, *(patch.number for patch in _former_faces(item) if patch.number is not None)]
+        return any(text in (str(number), f"{kind} {number}") for number in numbers)
 
     tests: list[Callable[[Face | Edge], bool]] = [
         lambda item: text in item.names,
