@@ -81,9 +81,10 @@ def test_holes_rims_contacts_and_imprints_are_no_marks():
     thin = cq.Workplane().box(40, 30, 0.04).faces(">Z").workplane().hole(6)
     patch = cs.load(plate().union(cq.Workplane("XY", (-12, 0, 0)).rect(8, 8).extrude(5), clean=False))
     assert len(patch.solids[0].faces) > len(cs.load(plate()).solids[0].faces)
+    dimple = cs.load(plate().cut(cq.Workplane().sphere(2).translate((-12, 0, 5 + 2 - 1.5 * HEIGHT))))
     lid = cq.Assembly().add(plate(), name="plate")
     lid.add(cq.Workplane("XY", (12, 0, 5)).rect(8, 8).extrude(0.04), name="film")
-    for part in (*map(cs.load, (thin, lid, plate())), patch):
+    for part in (*map(cs.load, (thin, lid, plate())), patch, dimple):
         assert cad.flatten_marks(part, HEIGHT) is part
 
 

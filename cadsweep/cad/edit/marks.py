@@ -105,8 +105,7 @@ def find_marks(solid: Solid, length: float, kept: Collection[int] = frozenset())
             mark = _mark(solid, face, loop.edges[0], length)
             if mark is not None and taken.isdisjoint(mark.faces):
                 found.append(mark)
-                taken.update(mark.faces)
-        taken.update(mark.base for mark in found[-1:])
+                taken |= {face.id, *mark.faces}
     return found
 
 
@@ -133,10 +132,11 @@ def _mark(solid: Solid, base: Face, edge: int, length: float) -> Mark | None:
 
 
 def _distance(solid: Solid, face: Face, base: Face) -> float:
-    """How far a face is off the surface of another, by its vertices, edges and middle."""
+    """How far a face is off the surface of another, by its vertices, its edges and what of it is nearest its middle."""
     edges = [solid.edges[e] for e in face.edges]
     ends = [solid.vertices[v] for edge in edges for v in (edge.start, edge.end)]
-    points = np.array([*ends, *(edge.midpoint for edge in edges), face.center])
+    top = face.surface.evaluate(face.surface.project(face.center[None]))[0]
+    points = np.array([*ends, *(edge.midpoint for edge in edges), top])
     return float(np.linalg.norm(base.surface.evaluate(base.surface.project(points)) - points, axis=1).max())
 
 
