@@ -47,7 +47,7 @@ class Edge:
         How far the borders of its faces, and its vertices, are off the curve, as measured; the model's own tolerance
         may say more.
     number : int or None
-        What a user knows the edge by, where that is not its `id`: edges that went with a mark left a gap.
+        What a user knows the edge by, where that is not its `id`; -1 where faces were divided since.
     units : Units
         What messages give places in.
     stands_for : tuple of Edge
@@ -102,6 +102,8 @@ class Edge:
         """How messages name the edge: id, name, kind and place of its middle."""
         if self.stands_for:
             return _one_under_another(self.stands_for)
+        if self.known < 0:
+            return f"an edge of the mesh's own ({self.kind} at {self.units.place(self.midpoint)})"
         return _label("edge", self.known, self.name, self.kind, self.units.place(self.midpoint))
 
 

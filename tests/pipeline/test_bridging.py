@@ -34,6 +34,15 @@ def test_no_quad_is_as_flat_as_the_tip(nut):
     assert any(note.startswith("tips bridged") for note in mesh.info["notes"])
 
 
+def test_edges_keep_the_numbers_that_they_had_with_their_tips(nut):
+    part, _ = nut
+    old, ended = part.solids[0], cad.bridge_tips(part, 0.05)
+    for edge in old.edges:
+        for found in cad.select_edges(ended, f"edge {edge.id}"):
+            middle = ended.solids[0].edges[found].midpoint
+            assert edge.curve.distance(middle[None])[0] == pytest.approx(0.0, abs=1e-9 * old.size)
+
+
 def test_the_volume_is_the_models(nut):
     part, mesh = nut
     assert mesh.info["quality"].volume == pytest.approx(part.solids[0].volume * part.scale**3, rel=5e-3)

@@ -155,7 +155,7 @@ def extracted(solid: Solid, shape: Any, traced: Traced, *, shared: PartGeometry 
     edges = [(j, solid.edges[j or 0]) for j in edge_origins]
     labels = Labels(
         [label_of(face)._replace(number=face.known) for face in old],
-        [EdgeLabel() if j is None else EdgeLabel(e.key, e.names, e.known) for j, e in edges],
+        [EdgeLabel(number=-1) if j is None else EdgeLabel(e.key, e.names, e.known) for j, e in edges],
     )
     return extract_solid(
         shape,
