@@ -20,7 +20,6 @@ Not handled: rings without corners, as between two circles.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from typing import Any
 
 from OCP.BRep import BRep_Tool
@@ -36,7 +35,7 @@ from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Dir, gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.ShapeBuild import ShapeBuild_ReShape
-from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Shape, ShapeFix_Wireframe
+from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Wireframe
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 
@@ -76,12 +75,12 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
         if not done or not _is_as_good(_merged(copy, tolerance)[0], volume, tolerance):
             logger.info("slivers below %.3g could not be merged and stay", tolerance)
             return []
-        shape, image = _merged(traced.shape, tolerance)
+        shape, context = _merged(traced.shape, tolerance)
     except Exception as error:  # OpenCASCADE raises any of its own here; the part can do without this step.
         logger.info("OpenCASCADE failed at merging slivers (%s), and they stay", error)
         return []
     counts = len(subshapes(traced.shape, FACE)), len(subshapes(traced.shape, EDGE))
-    traced.replace(subshapes(shape, SOLID)[0], image)
+    traced.replace(subshapes(shape, SOLID)[0], context.Apply)
     n_faces = counts[0] - len(subshapes(traced.shape, FACE))
     n_edges = counts[1] - len(subshapes(traced.shape, EDGE))
     if n_edges == 0:
@@ -89,8 +88,8 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     return [f"slivers merged: {n_faces} faces and {n_edges} edges fewer (below {tolerance:.3g} working units)"]
 
 
-def _merged(shape: Any, tolerance: float) -> tuple[Any, Callable[[Any], Any]]:
-    """The shape without its slivers, and what became of its parts."""
+def _merged(shape: Any, tolerance: float) -> tuple[Any, ShapeBuild_ReShape]:
+    """The shape without its slivers, and the record of what became of its parts."""
     context = ShapeBuild_ReShape()
     for face in _slivers(shape, tolerance)[1]:
         strips = _strips(face, tolerance)
@@ -112,11 +111,7 @@ def _merged(shape: Any, tolerance: float) -> tuple[Any, Callable[[Any], Any]]:
         wires.ModeDropSmallEdges = True
         wires.FixSmallEdges()
         shape = wires.Shape()
-    if faults(shape):  # a face of many holes may not know any more which of its wires is the outer one
-        repair = ShapeFix_Shape(shape)
-        repair.Perform()
-        return repair.Shape(), lambda sub: repair.Context().Apply(context.Apply(sub))
-    return shape, context.Apply
+    return shape, context
 
 
 def _strips(face: Any, tolerance: float) -> list[Any]:
