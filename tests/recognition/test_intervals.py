@@ -1,5 +1,7 @@
 """Counts of segments: identities on every sweep, wishes and demands."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 import scipy
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 
 from cadsweep.errors import InputError, SurfaceMeshError
 from cadsweep.intervals.balance import balance
+from cadsweep.intervals.programme import Programme
 from cadsweep.recognition import find_sweeps
 
 from ..lone import assign_intervals
@@ -178,3 +181,27 @@ def test_what_hangs_together_is_stretched_by_one_factor_however_often_that_is_sa
     totals = np.array([0.0] * times + [18.0])
     found = balance(want, np.zeros(4, dtype=bool), scipy.sparse.csr_array(sums), totals)
     np.testing.assert_allclose(found, [18.0, 8.0, 10.0, 7.0], rtol=1e-5)
+
+
+@given(
+    want=st.lists(st.floats(0.3, 6.0), min_size=4, max_size=4),
+    weight=st.lists(st.floats(0.2, 3.0), min_size=4, max_size=4),
+)
+@settings(max_examples=40, deadline=None)
+def test_no_counts_near_the_wanted_ones_that_keep_the_sums_are_cheaper(want, weight):
+    """Held against all counts within two of what is wanted, one class at least 2; a hundredth is left to the search."""
+    sums, evens, least = [{0: 1.0, 1: -1.0, 2: -1.0}], [{1: 1, 3: 1}], {3: 2}
+    programme = Programme(
+        want=np.array(want), weight=np.array(weight), demanded={}, firm=(), sums=sums, evens=evens, least=least
+    )
+
+    def price(counts):
+        return float(np.abs(np.array(counts) - want) @ weight)
+
+    def keeps(counts):
+        return counts[0] == counts[1] + counts[2] and (counts[1] + counts[3]) % 2 == 0 and counts[3] >= 2
+
+    found = programme.solve()
+    near = [[count for count in range(1, 10) if abs(count - w) <= 2.0] for w in want]
+    assert keeps(found)
+    assert all(price(found) <= 1.02 * price(counts) + 1e-6 for counts in product(*near) if keeps(counts))

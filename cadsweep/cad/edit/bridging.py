@@ -60,7 +60,7 @@ from ..shapes import (
     typed,
 )
 from .notes import TIPS_NOTE
-from .splitting import in_order, read_anew, split
+from .splitting import faces_in_contact, in_order, read_anew, split
 from .tips import Tip, find_tips
 
 log = logging.getLogger(__name__)
@@ -94,11 +94,8 @@ def bridge_tips(part: Part, length: float) -> Part:
     """
     if not all(isinstance(solid.kernel, SolidShape) for solid in part.solids):
         return part
-    keys, n_uses = np.unique(np.concatenate([solid.face_keys for solid in part.solids]), return_counts=True)
-    in_contact = keys[n_uses > 1]
     tips: Tips = {}
-    for cell, solid in enumerate(part.solids):
-        kept = frozenset(np.flatnonzero(np.isin(solid.face_keys, in_contact)).tolist())
+    for cell, (solid, kept) in enumerate(zip(part.solids, faces_in_contact(part), strict=True)):
         found = find_tips(solid, length / part.scale, kept)
         if found:
             tips[cell] = found

@@ -28,7 +28,7 @@ from ..heal.tracing import Traced
 from ..heal.validate import faults
 from ..shapes import EDGE, FACE, SolidShape, children, compound, index_map, shapes_of, subshapes, typed
 from .merging import former_face
-from .splitting import in_order, read_anew
+from .splitting import faces_in_contact, in_order, read_anew
 
 log = logging.getLogger(__name__)
 
@@ -78,10 +78,8 @@ def flatten_marks(part: Part, length: float) -> Part:
     """
     if not all(isinstance(solid.kernel, SolidShape) for solid in part.solids):
         return part
-    keys, n_uses = np.unique(np.concatenate([solid.face_keys for solid in part.solids]), return_counts=True)
     marks: dict[int, list[Mark]] = {}
-    for cell, solid in enumerate(part.solids):
-        in_contact = frozenset(np.flatnonzero(np.isin(solid.face_keys, keys[n_uses > 1])).tolist())
+    for cell, (solid, in_contact) in enumerate(zip(part.solids, faces_in_contact(part), strict=True)):
         found = find_marks(solid, length / part.scale, in_contact)
         if found:
             marks[cell] = found

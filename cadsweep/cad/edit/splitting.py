@@ -228,9 +228,25 @@ def read_anew(
     return replace(part, solids=tuple(solids))
 
 
+def faces_in_contact(part: Part) -> list[frozenset[int]]:
+    """For every cell its faces that it shares with another one."""
+    keys, n_uses = np.unique(np.concatenate([solid.face_keys for solid in part.solids]), return_counts=True)
+    shared = keys[n_uses > 1]
+    return [frozenset(np.flatnonzero(np.isin(solid.face_keys, shared)).tolist()) for solid in part.solids]
+
+
 def _n_shared(solids: Sequence[Solid]) -> int:
     keys = np.concatenate([solid.face_keys for solid in solids])
     return len(keys) - len(np.unique(keys))
 
 
-__all__ = ["divide_edges", "divided_part", "extracted", "in_order", "read_anew", "split", "split_faces"]
+__all__ = [
+    "divide_edges",
+    "divided_part",
+    "extracted",
+    "faces_in_contact",
+    "in_order",
+    "read_anew",
+    "split",
+    "split_faces",
+]
