@@ -170,12 +170,14 @@ def with_skin(solid: Solid, mesh: Fitted, size: float) -> Fitted:
 
 
 def _two_sided(solid: Solid) -> list[tuple[FloatArray, FloatArray]]:
-    """Planes (place and normal) in which two faces meet in a vertex and look opposite ways.
+    """Planes (place and normal) in which two faces meet in a vertex alone and look opposite ways.
 
     As where a bar passes under a block, flush with its underside: no way leads inward of both faces, and one node of a
-    sheet would have to be on both sides of the plane.
+    sheet would have to be on both sides of the plane. Faces that meet along an edge there, as where a slit runs out to
+    nothing, do have one, within the plane.
     """
     faces_at: dict[int, set[int]] = defaultdict(set)
+    adjacent = {(vertex, *sorted(edge.faces)) for edge in solid.edges for vertex in (edge.start, edge.end)}
     for edge in solid.edges:
         for vertex in (edge.start, edge.end):
             faces_at[vertex].update(edge.faces)
@@ -187,9 +189,10 @@ def _two_sided(solid: Solid) -> list[tuple[FloatArray, FloatArray]]:
 
     for vertex, faces in faces_at.items():
         place = solid.vertices[[vertex]]
-        surfaces = [solid.faces[face].surface for face in sorted(faces)]
-        normals = [surface.normals(surface.project(place))[0] for surface in surfaces]
-        opposite = [one for one, other in itertools.combinations(normals, 2) if one @ other < _OPPOSITE]
+        surfaces = {face: solid.faces[face].surface for face in sorted(faces)}
+        normals = {face: surface.normals(surface.project(place))[0] for face, surface in surfaces.items()}
+        apart = [pair for pair in itertools.combinations(normals, 2) if (vertex, *pair) not in adjacent]
+        opposite = [normals[one] for one, other in apart if normals[one] @ normals[other] < _OPPOSITE]
         found += [
             (solid.vertices[vertex], normal) for normal in opposite if not is_known(solid.vertices[vertex], normal)
         ]

@@ -11,7 +11,7 @@ import cadsweep as cs
 from cadsweep.cells import HEX_FACES
 from cadsweep.errors import InputError, NotSweepableError
 from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold, narrow_spans
-from cadsweep.fitted.sheets import Fitted, lay_sheets
+from cadsweep.fitted.sheets import Fitted, _two_sided, lay_sheets
 from cadsweep.pipeline import fitted_grids, routes
 from cadsweep.pipeline.fitted_grids import _facets
 
@@ -302,6 +302,16 @@ def test_a_bar_flush_with_a_side_of_a_block_has_sheets_on_both_sides(make):
     mesh = cs.sweep_mesh(make(), fitted=True)
     assert mesh.record.quality.valid
     assert mesh.record.quality.min_scaled_jacobian >= 0.25
+
+
+def test_a_slit_that_runs_out_to_nothing_parts_no_sheet():
+    """Its sides look opposite ways in the ends of the edge in which they meet; a plane through all else is no help."""
+    arc_end = 20 - np.sqrt(20**2 - 8**2)
+    slit = cq.Workplane().lineTo(8, 0).lineTo(8, arc_end).radiusArc((0, 0), 20).close().extrude(10, both=True)
+    part = cs.load(cq.Workplane().box(30, 20, 6).cut(slit))
+    assert any(edge.dihedral > 2 * pi - 1e-3 for edge in part.solids[0].edges)
+    assert not _two_sided(part.solids[0])
+    assert len(_two_sided(cs.load(block_over_bar()).solids[0])) == 1
 
 
 def test_what_is_far_narrower_than_a_cell_is_bridged_and_named():
