@@ -56,7 +56,7 @@ from .judging import FAR_WORSE, is_as_good, is_of_placing, is_pointed, is_poor, 
 from .origin import AnyMesh, made_of, quality_of, with_last, worst_of
 from .parts import load
 from .run import Run
-from .tips import AFTER, flattened, mesh_bridged_or_plain
+from .tips import AFTER, flattened, mesh_bridged_or_plain, mesh_marked_or_bare
 from .wishes.local_sizes import noting_large, with_largest_size
 
 log = logging.getLogger(__name__)
@@ -165,7 +165,8 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         rows.took([FITTED])
         return _mesh_fitted(part, options, run, _Before())
     try:
-        return mesh_bridged_or_plain(part, options, run, _by_ways, last=[FITTED], slow=[DESIGN, CELLS])
+        by_ways = partial(mesh_bridged_or_plain, mesh_it=_by_ways, last=[FITTED], slow=[DESIGN, CELLS])
+        return mesh_marked_or_bare(part, options, run, by_ways, last=[FITTED])
     except _MENDABLE as refused:
         from .remedies import find_remedy, proposing
 

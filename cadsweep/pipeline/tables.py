@@ -22,7 +22,7 @@ from .complexes.best import AGAIN
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import INSTEAD, WAYS
-from .tips import AFTER, MARKS, TIPS
+from .tips import AFTER, HIGHER, MARKS, TIPS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -38,6 +38,7 @@ def all_rows() -> tuple[str, ...]:
         *WAYS,
         INSTEAD,
         MARKS,
+        HIGHER,
         TIPS,
         AFTER,
         MENDING,

@@ -6,7 +6,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep import cad
-from cadsweep.pipeline.tips import MARKS
+from cadsweep.pipeline.tips import HIGHER, HIGHER_NOTE, MARKS
 
 SIZE = 2.0
 HEIGHT = 0.05
@@ -97,3 +97,51 @@ def test_marks_on_marks_and_on_cylinders():
     bare = cad.flatten_marks(part, 0.1)
     assert len(bare.solids[0].faces) < len(part.solids[0].faces)
     assert bare.models[0].volume * bare.scale**3 == pytest.approx(shaft.val().Volume(), rel=1e-6)
+
+
+def lettered(depth):
+    """A bored plate with a ring engraved on two sides: nothing sweeps it, and no columns fit it, but without these."""
+    shape = plate()
+    for plane, middle in (("XZ", (0, 15, 0)), ("YZ", (20 - depth, 0, 0))):
+        shape = shape.cut(cq.Workplane(plane, middle).circle(3).circle(2).extrude(depth))
+    return shape
+
+
+QUICK = {"size": SIZE, "decompose": False, "fitted": False}
+
+
+def test_higher_marks_are_flattened_rather_than_refused_and_said_so():
+    mesh, alone = (cs.sweep_mesh(shape, **QUICK) for shape in (lettered(0.3), plate()))
+    assert np.allclose(np.sort(mesh.points, axis=0), np.sort(alone.points, axis=0), atol=1e-9)
+    assert HIGHER in mesh.info["rows"]
+    assert any(note.startswith(HIGHER_NOTE) for note in mesh.info["notes"])
+    like = cs.sweep_mesh(lettered(0.2), like=mesh)
+    assert np.array_equal(like.hexes, mesh.hexes)
+    assert np.allclose(like.points, mesh.points)
+
+
+def test_a_mesh_with_flattened_marks_can_be_like_another_with_marks_only():
+    mesh = cs.sweep_mesh(marked(), size=SIZE)
+    like = cs.sweep_mesh(marked(0.5 * HEIGHT), like=mesh)
+    assert {name: quads.tolist() for name, quads in like.boundaries.items()} == {
+        name: quads.tolist() for name, quads in mesh.boundaries.items()
+    }
+    with pytest.raises(cs.CadError, match="has no marks on it"):
+        cs.sweep_mesh(plate(), like=mesh)
+
+
+@pytest.mark.parametrize("asked", [{"bridge": 0}, {"bridge": 0.1}, {"tolerance": 0.1}, {"without": [HIGHER]}])
+def test_higher_marks_stay_where_the_user_says_so(asked):
+    with pytest.raises(cs.NotSweepableError):
+        cs.sweep_mesh(lettered(0.3), **QUICK, **asked)
+
+
+def test_what_is_high_for_the_part_is_no_mark_however_large_the_size():
+    with pytest.raises(cs.NotSweepableError):
+        cs.sweep_mesh(lettered(2.0), **{**QUICK, "size": 20.0})
+
+
+def test_marks_stay_where_there_is_a_good_mesh_with_them():
+    mesh = cs.sweep_mesh(marked(0.3), size=SIZE)
+    assert HIGHER not in mesh.info["rows"]
+    assert mesh.points[:, 2].max() == pytest.approx(5.3)

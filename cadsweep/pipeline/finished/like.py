@@ -46,7 +46,7 @@ from ..origin import CellsOrigin
 from ..refusing import carried_refusal, poor_carried
 from ..routes import open_part
 from ..run import Run
-from ..tips import bridged
+from ..tips import HIGHER_NOTE, bridged, flattened_higher
 from .graphs import FirstIds, first_ids, graph_of_part
 from .matching import Match, match_graphs
 from .refinement import refined
@@ -119,6 +119,8 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
     if isinstance(template, GroupsTemplate):
         return _groups_like(part, template, options, run)
     part = _meshed_solids(part, template.solids)
+    if any(note.startswith(HIGHER_NOTE) for note in template.mesh.info["notes"]):
+        part = flattened_higher(part, options)
     if isinstance(template, DesignTemplate):
         return _design_like(part, template, options, run)
     n_solids = len(template.first_faces)
@@ -135,6 +137,11 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
             kept = {f for e in template.twins.values() for f in part.solids[0].edges[match.edges[e][0]].faces}
             part = replace(part, solids=(at_one_place(part.solids[0], kept),))
     starts = first_ids(part)
+    for face in template.patches:
+        cell, own = _place(starts.faces, match.faces[face])
+        if not part.solids[cell].faces[own].former:
+            label = part.solids[cell].faces[own].label()
+            raise CadError(f"the parts do not correspond: {label} has no marks on it, and the mesh's part has there")
     with run.stage("surface"):
         known, places = _boundary(template, match, part)
     with run.stage("projection"):
@@ -383,4 +390,5 @@ def _names(template: Template, match: Match, starts: FirstIds) -> NamedFaces:
         outside={there(face): names for face, names in template.outside.items()},
         between={there(face): names for face, names in template.between.items()},
         first={there(face): face in template.first for face in template.between},
+        patches={(*there(face), j): own for face, names in template.patches.items() for j, own in enumerate(names)},
     )

@@ -63,6 +63,8 @@ class Template:
         Node on every vertex; -1 where there is none, as on a seam that nothing follows.
     outside, between : dict of int to tuple of str
         Names of boundaries and interfaces by face.
+    patches : dict of int to tuple of tuple of str
+        Names of boundaries that are patches of a face, as of a mark that was flattened.
     first_faces : tuple of int
         A face of every solid.
     first : tuple of int
@@ -94,6 +96,7 @@ class Template:
     first_faces: tuple[int, ...]
     first: tuple[int, ...]
     solids: dict[str, Any]
+    patches: dict[int, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     factored: FactoredCells | None = None
     answers: dict[int, int] = field(default_factory=dict)
     twins: dict[int, int] | None = None
@@ -180,6 +183,7 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
     quads, faces, edges = [], [], dict[int, tuple[IntArray, FloatArray]]()
     vertices = np.full(starts.vertices[-1], -1, dtype=np.int64)
     outside, between, first = dict[int, tuple[str, ...]](), dict[int, tuple[str, ...]](), list[int]()
+    patches = dict[int, tuple[tuple[str, ...], ...]]()
     for owner, j in sorted(solid_of.items()):
         own = [
             (place, rows)
@@ -200,6 +204,10 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
             pieces = [f + starts.faces[j] for f in found.pieces[int(found.faces[row])]]
             if place in names.outside:
                 outside |= dict.fromkeys(pieces, names.outside[place])
+                if is_whole and solid.faces[place[1]].former:
+                    patches[pieces[0]] = tuple(
+                        names.patches[*place, n] for n in range(len(solid.faces[place[1]].former))
+                    )
             elif place in names.between:
                 between |= dict.fromkeys(pieces, names.between[place])
                 first += pieces if names.first[place] else []
@@ -217,6 +225,7 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
         vertices=vertices,
         outside=outside,
         between=between,
+        patches=patches,
         first_faces=starts.faces[:-1],
         first=tuple(sorted(set(first))),
         solids=meshed_words(origin.options),
