@@ -75,7 +75,8 @@ class SweepOptions:
     bridge : float or None
         Distance up to which the mesh may leave the CAD where a face ends in a tip, its edges meeting at next to no
         angle: it ends where they are that far apart; and where embossing or engraving is lower than that, which is
-        flattened. None takes a twentieth of the size, and no more than the tolerance; 0 keeps all.
+        flattened. None takes a twentieth of the size, and no more than the tolerance, and for embossing that leaves no
+        good mesh 0.3 of the size; 0 keeps all.
     layers : int or None
         Layers of hexahedra from source to target, over all stations; None derives it from `size`.
     bias : float, (float, float) or None
