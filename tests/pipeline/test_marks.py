@@ -126,7 +126,7 @@ def test_a_mesh_with_flattened_marks_can_be_like_another_with_marks_only():
     assert {name: quads.tolist() for name, quads in like.boundaries.items()} == {
         name: quads.tolist() for name, quads in mesh.boundaries.items()
     }
-    with pytest.raises(cs.CadError, match="has no marks on it"):
+    with pytest.raises(cs.CadError, match="has no patches, as of marks"):
         cs.sweep_mesh(plate(), like=mesh)
 
 

@@ -141,7 +141,9 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
         cell, own = _place(starts.faces, match.faces[face])
         if not part.solids[cell].faces[own].former:
             label = part.solids[cell].faces[own].label()
-            raise CadError(f"the parts do not correspond: {label} has no marks on it, and the mesh's part has there")
+            raise CadError(
+                f"the parts do not correspond: {label} has no patches, as of marks, and has in the mesh's part"
+            )
     with run.stage("surface"):
         known, places = _boundary(template, match, part)
     with run.stage("projection"):

@@ -7,6 +7,7 @@ Ids of these run through all solids of the model (:func:`~.graphs.first_ids`).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -204,10 +205,9 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
             pieces = [f + starts.faces[j] for f in found.pieces[int(found.faces[row])]]
             if place in names.outside:
                 outside |= dict.fromkeys(pieces, names.outside[place])
-                if is_whole and solid.faces[place[1]].former:
-                    patches[pieces[0]] = tuple(
-                        names.patches[*place, n] for n in range(len(solid.faces[place[1]].former))
-                    )
+                on_it = [own for piece, own in sorted(names.patches.items()) if piece[:2] == place]
+                if set(itertools.chain(*on_it)) & mesh.boundaries.keys() - {*names.outside[place]}:
+                    patches |= dict.fromkeys(pieces, tuple(on_it))
             elif place in names.between:
                 between |= dict.fromkeys(pieces, names.between[place])
                 first += pieces if names.first[place] else []
