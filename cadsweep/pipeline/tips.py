@@ -110,25 +110,25 @@ def mesh_marked_or_bare(
     bare = flattened_higher(part, options)
     if bare is part:
         return mesh_it(part, options, run)
-    made: list[tuple[AnyMesh, set[str]]] = []
+    mesh: AnyMesh | None = None
     refused: CadSweepError | None = None
     try:
-        with rows.share() as own, rows.without(last):
-            made.append((mesh_it(part, options, run), own))
+        with rows.share() as shares, rows.without(last):
+            mesh = mesh_it(part, options, run)
     except CadSweepError as error:
         refused = error
-    if not made or is_poor(made[0][0], part.solids[0], options):
+    if mesh is None or is_poor(mesh, part.solids[0], options):
         try:
             with rows.share() as own:
-                mesh = mesh_it(bare, options, run.anew())
-            if not made or worst_of(mesh) >= FAR_WORSE * worst_of(made[0][0]):
-                made = [(mesh, {*own, HIGHER})]
+                other = mesh_it(bare, options, run.anew())
         except CadSweepError as error:
             log.info("not with its marks flattened: %s", error)
-    if not made:
-        assert refused is not None
-        raise refused
-    mesh, shares = made[0]
+            if refused is not None:
+                raise refused from None
+        else:
+            if mesh is None or worst_of(other) >= FAR_WORSE * worst_of(mesh):
+                mesh, shares = other, {*own, HIGHER}
+    assert mesh is not None, "else it is refused"
     rows.took(shares)
     return mesh
 
